@@ -380,10 +380,7 @@ def excitations(machine: Machine, parts: Parts, width: int, tables: FluidRows) -
 
 def _base(parts: Parts) -> Matrix:
     """Forces on the coordinates per acceleration of the base along x and y, seen from there."""
-    n = parts.model.pairs
-    moved = np.zeros((parts.model.size, 2))
-    moved[:n, 0] = moved[n:, 1] = parts.model.translation
-    return np.asarray(-parts.reduction.basis.T @ parts.model.mass @ moved)
+    return np.asarray(-parts.reduction.basis.T @ parts.model.mass @ parts.model.translation)
 
 
 def _size(shake: BaseMotion | HarmonicForce) -> float:

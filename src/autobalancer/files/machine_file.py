@@ -175,6 +175,12 @@ def with_profiles(data: dict[str, Any], folder: Path, source: str) -> dict[str, 
     MachineFileError
         If a file is not there, or a column, its unit or a number is missing or not understood.
     """
+    rotor = data.get("rotor")
+    if isinstance(rotor, dict) and isinstance(rotor.get("files"), dict):
+        from autobalancer.files.matrix_files import rotor_from_files
+
+        with _problem_at(source, ("rotor", "files")):
+            data["rotor"] = rotor_from_files(rotor.pop("files"), rotor, folder)
     for b, balancer in enumerate(_tables(data.get("balancers"))):
         for r, race in enumerate(_tables(balancer.get("races"))):
             place = ("balancers", b, "races", r, "roundness")
@@ -205,7 +211,7 @@ def _problem_at(source: str, path: KeyPath) -> Iterator[None]:
     """Problems of an entry at a path of a file."""
     try:
         yield
-    except MachineFileError as error:
+    except MachineError as error:
         raise MachineFileError.of(source, error.within(*path).problems) from None
 
 

@@ -71,7 +71,7 @@ from autobalancer.machine.plugins import Leaf, leaves_of
 from autobalancer.machine.rotors import MODELS, Rotor
 from autobalancer.machine.rotors.body import Body
 from autobalancer.machine.rotors.joint import Joint, PointJoint, Spot
-from autobalancer.machine.rotors.modal import ModalRotor, Resonance
+from autobalancer.machine.rotors.modal import Coordinate, MatricesRotor, MatrixFiles, ModalRotor, Resonance
 from autobalancer.machine.rotors.multibody import MultibodyRotor
 from autobalancer.machine.rotors.planar import PlanarRotor
 from autobalancer.machine.rotors.rigid import RigidRotor
@@ -114,6 +114,7 @@ __all__ = [
     "Constant",
     "ConstantTorque",
     "Contact",
+    "Coordinate",
     "Coupling",
     "Dashpot",
     "DiscoidalDrag",
@@ -136,6 +137,8 @@ __all__ = [
     "LiquidRing",
     "Lock",
     "Machine",
+    "MatricesRotor",
+    "MatrixFiles",
     "ModalRotor",
     "MotorMount",
     "MultibodyRotor",

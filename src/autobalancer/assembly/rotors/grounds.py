@@ -35,7 +35,7 @@ class Ground:
 def grounds(machine: Machine, model: LateralModel) -> tuple[Ground, ...]:
     """All supports of a machine, in the order of its file; those without force across the axis are left out."""
     rotor, grounds = machine.rotor, []
-    across = _translation(model)
+    across = model.translation
     if isinstance(rotor, PlanarRotor):
         return (Ground("support", across.T @ model.stiffness, across.T @ model.damping, np.eye(2)),)
     if isinstance(rotor, MultibodyRotor):
@@ -61,7 +61,7 @@ def grounds(machine: Machine, model: LateralModel) -> tuple[Ground, ...]:
 
 def sag(model: LateralModel, gravity: float) -> Floats:
     """Coordinates of the rotor without balls under its own weight, (N,); ``gravity`` acts along -y."""
-    down = -gravity * model.mass @ _translation(model)[:, 1]
+    down = -gravity * model.mass @ model.translation[:, 1]
     try:
         return np.asarray(np.linalg.solve(model.stiffness_at(0.0), down), np.float64)
     except np.linalg.LinAlgError:
@@ -78,7 +78,7 @@ def large_motions(
 
     The rows are (2, 2 M), along x and y for a force along the two directions of each of the M pieces of rubber.
     """
-    across, stiffness, damping = _translation(model).T, ground.stiffness.copy(), ground.damping.copy()
+    across, stiffness, damping = model.translation.T, ground.stiffness.copy(), ground.damping.copy()
     rows = np.zeros((2, len(mounts), 2))
     for i, mount in enumerate(mounts):
         if mount.grounded and mount.support == ground.number:
@@ -91,19 +91,12 @@ def large_motions(
 
 def carried(model: LateralModel, grounds: tuple[Ground, ...], hard: tuple[HardPlace, ...]) -> Matrix:
     """Rows of the force on each support along x and y for the forces along both directions of each bearing, (S, 2, 2 H)."""
-    across, rows = _translation(model).T, np.zeros((len(grounds), 2, len(hard), 2))
+    across, rows = model.translation.T, np.zeros((len(grounds), 2, len(hard), 2))
     for i, ground in enumerate(grounds):
         for j, place in enumerate(hard):
             if place.grounded and place.support == ground.number:
                 rows[i, :, j] = across @ place.rows.T
     return rows.reshape(len(grounds), 2, 2 * len(hard))
-
-
-def _translation(model: LateralModel) -> Matrix:
-    """Coordinates of the machine moved by one along x, and along y; (N, 2)."""
-    moved = np.zeros((model.size, 2))
-    moved[: model.pairs, 0] = moved[model.pairs : 2 * model.pairs, 1] = model.translation
-    return moved
 
 
 def _joint(model: LateralModel, number: int, joint: PointJoint, across: Floats) -> Ground:

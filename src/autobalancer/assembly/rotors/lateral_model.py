@@ -67,6 +67,9 @@ class LateralModel:
     axis: Axis
     polar_inertia: float | None  # of all that turns
     total_mass: float  # of all that moves sideways
+    moved: Matrix | None = (
+        None  # (N, 2) coordinates of the whole moved by one along x and y, where names do not say them
+    )
 
     def __post_init__(self) -> None:
         n = self.mass.shape[0]
@@ -90,9 +93,15 @@ class LateralModel:
         return float(self.speeds[-1]) if self.speeds.size > 1 else np.inf
 
     @property
-    def translation(self) -> Floats:
-        """q_x of the whole machine moved by one along x, (pairs,): coordinates are deflections unless named a slope."""
-        return np.array([0.0 if "slope" in name else 1.0 for name in self.coordinates[: self.pairs]])
+    def translation(self) -> Matrix:
+        """q of the whole machine moved by one along x, and along y, (N, 2): coordinates are deflections unless named a slope."""
+        if self.moved is not None:
+            return self.moved
+        moved, n = np.zeros((self.size, 2)), self.pairs
+        for column in range(2):
+            names = self.coordinates[column * n : (column + 1) * n]
+            moved[column * n : (column + 1) * n, column] = ["slope" not in name for name in names]
+        return moved
 
     def damping_at(self, speed: float) -> Matrix:
         """C at a speed, (N, N)."""

@@ -1,4 +1,4 @@
-"""The rigid rotor; the planar one, which is its limit without tilt; and modes at one plane."""
+"""The rigid rotor; the planar one, which is its limit without tilt; modes at one plane; and any rotor by its matrices."""
 
 from __future__ import annotations
 
@@ -6,8 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalancer.assembly.rotors.lateral_model import LateralModel, Rows, add_support, matrices, table_speeds
-from autobalancer.machine import ModalRotor, PlanarRotor, RigidRotor
+from autobalancer.assembly.rotors.lateral_model import (
+    Floats,
+    LateralModel,
+    Matrix,
+    Rows,
+    add_support,
+    matrices,
+    table_speeds,
+)
+from autobalancer.machine import MatricesRotor, ModalRotor, PlanarRotor, RigidRotor
 
 
 @dataclass(frozen=True)
@@ -86,3 +94,95 @@ def modal(rotor: ModalRotor, gravity: float = 0.0) -> LateralModel:
         np.diag(mass), np.zeros((2 * count, 2 * count)), np.zeros(1), np.diag(2.0 * ratio * frequency * mass)[None],
         np.diag(mass * frequency**2)[None], count, names, Point(count), inertia, rotor.mass,
     )  # fmt: skip
+
+
+# A rotor that is given by its matrices.
+
+
+NEAR = 1e-6  # of the length of the axis: so near a place is a node
+NAMES = {"ux": "x", "uy": "y", "ry": "slope of x", "rx": "slope of y"}
+
+
+@dataclass(frozen=True)
+class NodalAxis:
+    """The nodes of a rotor; its coordinates along x are their deflections, slopes, and modes."""
+
+    places: Floats  # (nodes,) ascending, m
+    deflections: Matrix  # (nodes, pairs)
+    slopes: Matrix  # (nodes, pairs)
+
+    def rows(self, position: float | None, body: str | None) -> Rows:
+        """See :class:`autobalancer.assembly.rotors.lateral_model.Axis`."""
+        if body is not None:
+            raise ValueError(f"body {body!r}: matrices know no bodies; leave it out")
+        if position is None:
+            if self.places.size > 1:
+                raise ValueError(f"missing; the rotor has {self.places.size} nodes, so say where along it")
+            position = float(self.places[0])
+        number = int(np.argmin(np.abs(self.places - position)))
+        if abs(self.places[number] - position) > NEAR * max(float(np.ptp(self.places)), abs(position)):
+            near = ", ".join(f"{place:.6g} m" for place in self.places[max(0, number - 1) : number + 2])
+            raise ValueError(
+                f"position {position:.6g} m: no node is there; the nearest are at {near}; with 'files' add it to 'keep'"
+            )
+        return Rows(self.deflections[number], self.slopes[number])
+
+    def line(self) -> list[tuple[float, Rows]]:
+        """See :class:`autobalancer.assembly.rotors.lateral_model.Axis`."""
+        return [(float(z), self.rows(float(z), None)) for z in self.places]
+
+
+@matrices.register
+def given(rotor: MatricesRotor, gravity: float = 0.0) -> LateralModel:
+    """Coordinates: deflections, slopes and modes along x; the same along y; then all that is neither.
+
+    With small rotations dx/dz = ry and dy/dz = -rx, so rows and columns of rx change their sign.
+    """
+    ways = [coordinate.direction for coordinate in rotor.coordinates]
+    position = np.array([np.nan if c.position is None else float(c.position) for c in rotor.coordinates])
+    plane = [_ordered(ways, position, of) for of in (("ux", "ry", "modal x"), ("uy", "rx", "modal y"))]
+    rest = [i for i in range(len(ways)) if i not in plane[0] and i not in plane[1]]
+    order, pairs = [*plane[0], *plane[1], *rest], len(plane[0])
+    sign = np.array([-1.0 if ways[i] == "rx" else 1.0 for i in order])
+
+    def arranged(rows: tuple[tuple[float, ...], ...] | None) -> Matrix:
+        matrix = np.zeros((len(ways), len(ways))) if rows is None else np.array(rows)
+        return np.asarray(sign[:, None] * matrix[np.ix_(order, order)] * sign)
+
+    mass, gyroscopic = arranged(rotor.mass_matrix), arranged(rotor.gyroscopic_matrix)
+    mass, gyroscopic = 0.5 * (mass + mass.T), 0.5 * (gyroscopic - gyroscopic.T)
+    axis = _axis([ways[i] for i in plane[0]], position[plane[0]])
+    speeds = table_speeds(filter(None, (support.frequencies() for support in rotor.supports)))
+    damping, stiffness = np.zeros((2, speeds.size, len(ways), len(ways)))
+    stiffness += arranged(rotor.stiffness_matrix)
+    for support in rotor.supports:
+        add_support(support, axis.rows(float(support.position), None), speeds, damping, stiffness)
+    damping += arranged(rotor.damping_matrix) + float(rotor.stiffness_proportional_damping) * stiffness
+    names = [NAMES.get(ways[i], ways[i]) for i in order]
+    names = [
+        name if np.isnan(position[i]) else f"{name} at {1e3 * position[i]:.6g} mm"
+        for name, i in zip(names, order, strict=True)
+    ]
+    return LateralModel(
+        mass, gyroscopic, speeds, damping, stiffness, pairs, tuple(names), axis,
+        None if rotor.inertia is None else float(rotor.inertia), rotor.mass,
+        np.array([rotor.coordinates[i].moved for i in order]) * sign[:, None],
+    )  # fmt: skip
+
+
+def _ordered(ways: list[str], position: Floats, plane: tuple[str, str, str]) -> list[int]:
+    """Rows of a plane, node by node, deflection before slope, then its modes."""
+    rank = {way: number for number, way in enumerate(plane)}
+    chosen = [i for i, way in enumerate(ways) if way in rank]
+    return sorted(chosen, key=lambda i: (np.inf if np.isnan(position[i]) else position[i], rank[ways[i]]))
+
+
+def _axis(ways: list[str], position: Floats) -> NodalAxis:
+    """Nodes with a deflection; where a node has no rotation, the slope is that of the line through its neighbors."""
+    at = [number for number, way in enumerate(ways) if way == "ux"]
+    places, deflections = position[at], np.eye(len(ways))[at]
+    slopes = np.gradient(deflections, places, axis=0) if len(at) > 1 else np.zeros_like(deflections)
+    for number, way in enumerate(ways):
+        if way == "ry" and (same := np.flatnonzero(places == position[number])).size:
+            slopes[same[0]] = np.eye(len(ways))[number]
+    return NodalAxis(places, deflections, slopes)

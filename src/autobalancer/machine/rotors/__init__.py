@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BeforeValidator, Field
 
 from autobalancer.machine.rotors.body import RotorModel
-from autobalancer.machine.rotors.modal import ModalRotor
+from autobalancer.machine.rotors.modal import MatricesRotor, ModalRotor
 from autobalancer.machine.rotors.multibody import MultibodyRotor
 from autobalancer.machine.rotors.planar import PlanarRotor
 from autobalancer.machine.rotors.rigid import RigidRotor
@@ -19,7 +19,7 @@ from autobalancer.machine.rotors.shaft import ShaftRotor
 
 for _file in iter_modules(__path__):
     import_module(f"{__name__}.{_file.name}")
-_FIRST: tuple[type[RotorModel], ...] = (PlanarRotor, RigidRotor, ShaftRotor, MultibodyRotor, ModalRotor)
+_FIRST: tuple[type[RotorModel], ...] = (PlanarRotor, RigidRotor, ShaftRotor, MultibodyRotor, ModalRotor, MatricesRotor)
 MODELS = tuple(dict.fromkeys([*_FIRST, *RotorModel.__subclasses__()]))
 
 
@@ -28,6 +28,6 @@ def _planar_by_default(value: Any) -> Any:
 
 
 if TYPE_CHECKING:
-    Rotor = PlanarRotor | RigidRotor | ShaftRotor | MultibodyRotor | ModalRotor
+    Rotor = PlanarRotor | RigidRotor | ShaftRotor | MultibodyRotor | ModalRotor | MatricesRotor
 else:
     Rotor = Annotated[Annotated[reduce(or_, MODELS), Field(discriminator="kind")], BeforeValidator(_planar_by_default)]

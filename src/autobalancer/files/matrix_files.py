@@ -1,0 +1,392 @@
+"""Matrices of a rotor in files of other programs, and fewer coordinates of them.
+
+The motions of kept nodes, and the modes of the rotor with these nodes held, are the new coordinates (Craig and Bampton, 1968):
+the static answer of the rotor to forces at the kept nodes stays exact, and the error at greater frequencies is measured here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from autobalancer.errors import MachineFileError
+from autobalancer.files.text_files import read_table
+from autobalancer.machine.rotors.modal import MatrixFiles
+from autobalancer.safe_file import not_to_read
+
+NAMES = {"M": "mass", "K": "stiffness", "C": "damping", "G": "gyroscopic"}
+LENGTHS = {"m": 1.0, "mm": 1e-3, "in": 0.0254}
+POUND = 0.45359237
+MASSES = {"kg": 1.0, "t": 1e3, "g": 1e-3, "lb": POUND, "lbf*s^2/in": POUND * 9.80665 / 0.0254}
+DIRECTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
+SPELLINGS = {
+    **{spelled: way for number, way in enumerate(DIRECTIONS, 1) for spelled in (way, str(number), f"{way[0]}{number}")},
+    **{f"t{number}": way for number, way in enumerate(DIRECTIONS[:3], 1)},
+    **{f"rot{way[1]}": way for way in DIRECTIONS[3:]},
+}
+NUMBERS = ("coordinates", "mass_matrix", "stiffness_matrix", "damping_matrix", "gyroscopic_matrix")
+LARGEST = 240  # coordinates that are taken as they are
+LOOSE = 1e-9  # a coupling below this, of the greatest entry, is none
+SYMMETRIC = 1e-6
+FREQUENCIES = 12  # at which the receptance of the kept nodes is compared, up to half of the first that is left out
+GOOD = 0.01  # relative error of it
+LOSS = 0.02  # loss factor for that comparison, so that a resonance has a size
+
+Sparse = Any  # a matrix of scipy.sparse, (N, N)
+Matrix = NDArray[np.float64]
+
+
+class Given(NamedTuple):
+    """What the files say, in SI: matrices over N rows, and what the rows are."""
+
+    matrices: dict[str, Sparse]
+    nodes: list[str]
+    ways: NDArray[np.str_]  # (N,)
+    positions: NDArray[np.float64]  # (N,) m
+
+
+def rotor_from_files(entry: dict[str, Any], rotor: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The keys of a rotor of the kind "matrices", with numbers in place of its ``files``, ``entry``.
+
+    Raises
+    ------
+    MachineError
+        If a file cannot be read, its matrix does not fit, or nothing holds the rotor; with the path of the key.
+    """
+    files = MatrixFiles(**entry)
+    if both := [key for key in NUMBERS if key in rotor]:
+        raise MachineFileError(f"{both[0]}: is read from the files; leave it out")
+    given = _read(files, folder)
+    _refuse_impossible(given)
+    if files.keep is None:
+        if given.ways.size > LARGEST:
+            raise MachineFileError(
+                f"missing; {given.ways.size} rows are too many to be taken as they are, {LARGEST} at most; name the "
+                "positions of supports and stations",
+                ("keep",),
+            )
+        basis, ways, positions = np.eye(given.ways.size), list(given.ways), list(given.positions)
+        note = f"{given.ways.size} coordinates"
+    else:
+        basis, ways, positions, note = _craig_bampton(given, _kept(files, given), files.modes)
+    small = {name: np.asarray(basis.T @ (matrix @ basis)) for name, matrix in given.matrices.items()}
+    for name, matrix in small.items():
+        small[name] = 0.5 * (matrix - matrix.T if name == "gyroscopic" else matrix + matrix.T)
+    whole = np.column_stack([given.ways == "ux", given.ways == "uy"]).astype(np.float64)
+    pushed = basis.T @ (given.matrices["mass"] @ whole)
+    moved = np.linalg.solve(small["mass"], pushed)
+    moved = np.where(
+        np.abs(moved - np.round(moved)) < 1e-9, np.round(moved), moved
+    )  # of kept nodes one, but for rounding
+    keys: dict[str, Any] = {
+        "coordinates": [
+            {"direction": str(way)}
+            | ({} if np.isnan(z) else {"position": float(z)})
+            | ({} if tuple(shares) == (way == "ux", way == "uy") else {"translation": shares.tolist()})
+            for way, z, shares in zip(ways, positions, moved, strict=True)
+        ],
+        **{f"{name}_matrix": matrix.tolist() for name, matrix in small.items()},
+        "total_mass": float(whole[:, 0] @ (given.matrices["mass"] @ whole[:, 0])),
+        "source": f"{files.file or files.mass}: {note}",
+    }
+    if (inertia := _polar_inertia(given)) > 0.0:
+        keys["inertia"] = inertia
+    return keys | rotor
+
+
+def _read(files: MatrixFiles, folder: Path) -> Given:
+    """All matrices in SI, and what their rows are."""
+    try:
+        table = read_table(folder / files.nodes, "node, direction, position [mm]", error=MachineFileError)
+        nodes, positions = table.texts("node"), table.numbers("position", "m")
+    except MachineFileError as error:
+        raise error.within("nodes") from None
+    ways = [SPELLINGS.get(text.strip().lower(), text) for text in table.texts("direction")]
+    for line, way in enumerate(ways, 1):
+        if way not in DIRECTIONS:
+            raise MachineFileError(
+                f"{files.nodes}, row {line}: direction {way!r}; must be one of {', '.join(DIRECTIONS)}", ("nodes",)
+            )
+    labels = list(zip(nodes, ways, strict=True))
+    matrices: dict[str, Any] = {}
+    for key, place in _places(files):
+        for name, matrix in _matrices_in(folder / place, key, labels).items():
+            if matrix.shape != (len(ways), len(ways)):
+                raise MachineFileError(
+                    f"{place}: {name} is {matrix.shape[0]} by {matrix.shape[1]}, but {files.nodes} has {len(ways)} rows",
+                    (key,),
+                )
+            matrices[name] = matrix
+    for name in ("mass", "stiffness"):
+        if name not in matrices:
+            raise MachineFileError(f"missing; give a file of the {name} matrix, or one 'file' that has it", (name,))
+    length = LENGTHS[files.length_unit]
+    scale = np.where(
+        np.char.startswith(ways, "u"), 1.0, length
+    )  # q of the file = q in SI over the unit of length, or an angle
+    scaled = {name: _scaled(matrix, scale, MASSES[files.mass_unit]) for name, matrix in matrices.items()}
+    return Given(scaled, nodes, np.array(ways), positions)
+
+
+def _places(files: MatrixFiles) -> Iterator[tuple[str, str]]:
+    """The keys that name a file, and the file."""
+    for key in ("file", *NAMES.values()):
+        if (place := getattr(files, key)) is not None:
+            yield key, place
+
+
+def _scaled(matrix: Sparse, scale: NDArray[np.float64], unit: float) -> Sparse:
+    """A matrix in SI; its entries are energies over two coordinates."""
+    from scipy import sparse
+
+    ways = sparse.diags_array(scale)
+    return (ways @ matrix @ ways).tocsr() * unit
+
+
+# Formats: each gives the matrices of a file by the names of the keys.
+
+
+def _matrices_in(path: Path, key: str, labels: list[tuple[str, str]]) -> dict[str, Sparse]:
+    from scipy import sparse
+
+    if reason := not_to_read(path):
+        raise MachineFileError(f"{path}: {reason}", (key,))
+    reader = FORMATS.get(path.suffix.lower())
+    if reader is None:
+        raise MachineFileError(f"{path}: is of no known format; known are {', '.join(sorted(FORMATS))}", (key,))
+    try:
+        held = reader(path, labels)
+    except MachineFileError as error:
+        raise error.within(key) from None
+    except Exception as fault:  # whatever a reader says of a damaged file
+        raise MachineFileError(f"{path}: cannot be read: {fault}", (key,)) from None
+    if key == "file":
+        held = {NAMES[name]: matrix for name, matrix in held.items() if name in NAMES}
+        if not held:
+            raise MachineFileError(f"{path}: has no matrix named {', '.join(NAMES)}", (key,))
+    elif len(held) != 1:
+        raise MachineFileError(
+            f"{path}: has {len(held)} matrices; give one a file, or name them M, K, C, G and use 'file'", (key,)
+        )
+    else:
+        held = {key: next(iter(held.values()))}
+    for name, matrix in held.items():
+        held[name] = sparse.csr_array(matrix, dtype=np.float64)
+        if not np.isfinite(held[name].data).all():
+            raise MachineFileError(f"{path}: {name} has entries that are no finite numbers", (key,))
+    return held
+
+
+def _market(path: Path, labels: object) -> dict[str, Sparse]:
+    from scipy.io import mmread
+
+    return {"": mmread(path)}
+
+
+def _harwell_boeing(path: Path, labels: object) -> dict[str, Sparse]:
+    from scipy.io import hb_read
+
+    matrix = hb_read(path)
+    with path.open() as file:
+        kind = file.readlines(400)[2][:3].lower()
+    if kind[1:2] == "s":  # one half is written
+        matrix = matrix + matrix.T - np.diag(matrix.diagonal())
+    return {"": matrix}
+
+
+def _npz(path: Path, labels: object) -> dict[str, Sparse]:
+    from scipy import sparse
+
+    with np.load(path, allow_pickle=False) as held:
+        if "format" in held:
+            return {"": sparse.load_npz(path)}
+        return {name: held[name] for name in held}
+
+
+def _mat(path: Path, labels: object) -> dict[str, Sparse]:
+    from scipy.io import loadmat
+
+    held = loadmat(path)
+    return {name: matrix for name, matrix in held.items() if not name.startswith("__") and np.ndim(matrix) == 2}
+
+
+def _triplets(path: Path, labels: list[tuple[str, str]]) -> dict[str, Sparse]:
+    """Lines ``row, column, value``, or ``node, direction, node, direction, value``; one half of a symmetric matrix will do."""
+    from scipy import sparse
+
+    lines = [line.replace(",", " ").split() for line in path.read_text().splitlines()]
+    lines = [line for line in lines if line and line[0][0] not in "#*!%$"]
+    if not lines or any(len(line) != len(lines[0]) for line in lines) or len(lines[0]) not in (3, 5):
+        raise ValueError("each line must be 'row column value' or 'node direction node direction value'")
+    if len(lines[0]) == 3:
+        rows, columns = (np.array([int(line[k]) - 1 for line in lines]) for k in (0, 1))
+    else:
+        number = {label: i for i, label in enumerate(labels)}
+        ends = [[(line[k], SPELLINGS.get(line[k + 1].lower(), "")) for line in lines] for k in (0, 2)]
+        unknown = next((end for end in (*ends[0], *ends[1]) if end not in number), None)
+        if unknown is not None:
+            raise ValueError(f"node {unknown[0]} has no row of direction {unknown[1]!r} in the table of nodes")
+        rows, columns = (np.array([number[end] for end in side]) for side in ends)
+    values = np.array([float(line[-1].replace("D", "E").replace("d", "e")) for line in lines])
+    matrix = sparse.coo_array((values, (rows, columns)), shape=(len(labels), len(labels))).tocsr()
+    upper, lower = sparse.triu(matrix, 1), sparse.tril(matrix, -1)
+    if not (upper.nnz and lower.nnz):
+        matrix = matrix + (upper + lower).T
+    return {"": matrix}
+
+
+FORMATS: dict[str, Callable[[Path, list[tuple[str, str]]], dict[str, Sparse]]] = {
+    ".mtx": _market,
+    **dict.fromkeys((".hb", ".rb", ".rsa", ".rua", ".matrix"), _harwell_boeing),
+    ".npz": _npz,
+    ".mat": _mat,
+    **dict.fromkeys((".txt", ".csv", ".dat"), _triplets),
+}
+
+
+def _refuse_impossible(given: Given) -> None:
+    """Matrices that no rotor has."""
+    for name, matrix in given.matrices.items():
+        sign, word = (1.0, "antisymmetric") if name == "gyroscopic" else (-1.0, "symmetric")
+        apart = abs(matrix + sign * matrix.T)
+        if apart.max() > SYMMETRIC * max(abs(matrix).max(), 1e-300):
+            row, column = np.unravel_index(int(apart.toarray().argmax()) if apart.shape[0] < 3000 else 0, apart.shape)
+            raise MachineFileError(
+                f"is not {word}: entries {row + 1}, {column + 1} and {column + 1}, {row + 1} differ by {apart.max():.3g}, "
+                f"its greatest is {abs(matrix).max():.3g}",
+                (name,),
+            )
+    mass = given.matrices["mass"].diagonal()
+    for wrong in np.flatnonzero(mass < 0.0):
+        raise MachineFileError(
+            f"is negative in row {wrong + 1}, {given.ways[wrong]} of node {given.nodes[wrong]}", ("mass",)
+        )
+    stiffness = given.matrices["stiffness"].diagonal()
+    for wrong in np.flatnonzero((stiffness == 0.0) & (mass == 0.0)):
+        raise MachineFileError(
+            f"row {wrong + 1}, {given.ways[wrong]} of node {given.nodes[wrong]}, has neither mass nor stiffness; leave it out",
+            ("mass",),
+        )
+
+
+def _polar_inertia(given: Given) -> float:
+    """Of the whole, from the gyroscopic moment of a rotation about y on one about x; negative if G has the other sign."""
+    if "gyroscopic" not in given.matrices:
+        return 0.0
+    about_x = np.where(given.ways == "rx", 1.0, np.where(given.ways == "uy", -given.positions, 0.0))
+    about_y = np.where(given.ways == "ry", 1.0, np.where(given.ways == "ux", given.positions, 0.0))
+    inertia = float(about_x @ (given.matrices["gyroscopic"] @ about_y))
+    if inertia < 0.0:
+        raise MachineFileError(
+            "turns the wrong way: its polar inertia is negative, so it is for a rotor that turns about -z; change its sign",
+            ("gyroscopic",),
+        )
+    return inertia
+
+
+# Fewer coordinates.
+
+
+def _kept(files: MatrixFiles, given: Given) -> NDArray[np.bool_]:
+    """Rows of the nodes that are kept, of motions across the axis."""
+    kept = np.zeros(given.ways.size, np.bool_)
+    reach = max(float(np.ptp(given.positions)), 1e-9)
+    for number, place in enumerate(files.keep or ()):
+        apart = np.abs(given.positions - float(place))
+        if apart.min() > 1e-6 * reach:
+            raise MachineFileError(
+                f"no node is at {float(place):.6g} m; the nearest is at {given.positions[apart.argmin()]:.6g} m",
+                ("keep", number),
+            )
+        kept |= apart <= 1e-6 * reach
+    return kept & np.isin(given.ways, ("ux", "uy", "rx", "ry"))
+
+
+def _craig_bampton(given: Given, kept: NDArray[np.bool_], modes: int) -> tuple[Matrix, list[str], list[float], str]:
+    """The basis (N, R), what its columns are, where, and what is said of it."""
+    planes = [np.flatnonzero(np.isin(given.ways, ways)) for ways in (("ux", "ry"), ("uy", "rx"))]
+    across = np.concatenate(planes)
+    rest = np.setdiff1d(np.arange(given.ways.size), across)
+    apart = all(
+        _coupling(matrix, *pair) <= LOOSE
+        for name, matrix in given.matrices.items()
+        for pair in ((planes[0], planes[1]), (across, rest))
+        if name != "gyroscopic" or pair[1] is rest
+    )
+    groups = [(planes[0], "modal x"), (planes[1], "modal y")] if apart else [(np.arange(given.ways.size), "modal")]
+    bases, ways, positions, top = [], [], [], np.inf
+    for group, word in groups:
+        basis, frequency = _fixed_interface(given, group[kept[group]], group[~kept[group]], modes)
+        bases.append(basis)
+        top = min(top, frequency)
+        ways += [*given.ways[group[kept[group]]], *[word] * (basis.shape[1] - int(kept[group].sum()))]
+        positions += [*given.positions[group[kept[group]]], *[np.nan] * (basis.shape[1] - int(kept[group].sum()))]
+    basis = np.hstack(bases)
+    end = _valid_to(given, basis, np.flatnonzero(kept & np.isin(given.ways, ("ux", "uy"))), top / 2.0)
+    sizes = f"{given.ways.size} to {basis.shape[1]} coordinates"
+    said = f"receptance of the kept nodes within 1 % up to {end / (2.0 * np.pi):.4g} Hz" if end else "too few modes"
+    note = f"Craig-Bampton, {sizes}; {said}" if np.isfinite(end) else f"all {sizes}"
+    return basis, ways, positions, note
+
+
+def _coupling(matrix: Sparse, one: NDArray[np.int64], other: NDArray[np.int64]) -> float:
+    """Greatest entry between two groups of rows, over the greatest of all."""
+    return float(abs(matrix[one][:, other]).max() / max(abs(matrix).max(), 1e-300)) if one.size and other.size else 0.0
+
+
+def _fixed_interface(
+    given: Given, outside: NDArray[np.int64], inside: NDArray[np.int64], modes: int
+) -> tuple[Matrix, float]:
+    """Static shapes of the kept rows and modes of the others with these held, (N, r), and the next frequency, rad/s."""
+    from scipy.sparse.linalg import LinearOperator, eigsh, splu
+
+    mass, stiffness = given.matrices["mass"], given.matrices["stiffness"]
+    count = min(modes, inside.size)
+    basis = np.zeros((given.ways.size, outside.size + count))
+    basis[outside, np.arange(outside.size)] = 1.0
+    if not inside.size:
+        return basis, np.inf
+    held = stiffness[inside][:, inside].tocsc()
+    try:
+        factor = splu(held)
+        soft = np.abs(factor.U.diagonal()).min() < 1e-13 * np.abs(factor.U.diagonal()).max()
+    except RuntimeError:
+        soft = True
+    if soft:
+        raise MachineFileError(
+            "the rotor can move while these nodes are held; keep more nodes, or hold its rotation about z in its program",
+            ("keep",),
+        )
+    basis[np.ix_(inside, np.arange(outside.size))] = -factor.solve(stiffness[inside][:, outside].toarray())
+    if count + 1 >= inside.size:
+        from scipy.linalg import eigh
+
+        squares, shapes = eigh(held.toarray(), mass[inside][:, inside].toarray())
+    else:
+        inverse = LinearOperator(held.shape, matvec=factor.solve)
+        start = np.random.default_rng(0).standard_normal(inside.size)  # no symmetry, and the same at each reading
+        squares, shapes = eigsh(held, count + 1, mass[inside][:, inside].tocsc(), sigma=0.0, OPinv=inverse, v0=start)
+    basis[np.ix_(inside, np.arange(outside.size, outside.size + count))] = shapes[:, :count]
+    return basis, float(np.sqrt(squares[count])) if count < squares.size else np.inf
+
+
+def _valid_to(given: Given, basis: Matrix, places: NDArray[np.int64], top: float) -> float:
+    """Frequency, rad/s, up to which the receptances of kept deflections are right within 1 %, looked at up to ``top``."""
+    from scipy.sparse.linalg import splu
+
+    mass, stiffness = given.matrices["mass"].tocsc(), given.matrices["stiffness"].tocsc() * (1.0 + 1j * LOSS)
+    small_mass, small_stiffness = basis.T @ (mass @ basis), basis.T @ (stiffness @ basis)
+    valid = 0.0 if np.isfinite(top) else top
+    forces = np.zeros((given.ways.size, places.size), np.complex128)
+    forces[places, np.arange(places.size)] = 1.0
+    for frequency in np.linspace(0.0, top, FREQUENCIES + 1)[1:] if np.isfinite(top) else ():
+        whole = splu((stiffness - frequency**2 * mass).tocsc()).solve(forces)[places]
+        reduced = basis[places] @ np.linalg.solve(small_stiffness - frequency**2 * small_mass, basis[places].T)
+        if np.abs(whole - reduced).max() > GOOD * np.abs(whole).max():
+            break
+        valid = float(frequency)
+    return valid

@@ -1,0 +1,217 @@
+"""A rotor that is given by matrices of another program: the same machine as the shaft from which they were taken."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import io, sparse
+
+import autobalancer as ab
+from autobalancer.assembly.rotors import LateralModel, lateral_model
+from autobalancer.assembly.rotors.grounds import sag
+from autobalancer.errors import MachineFileError
+from autobalancer.files.examples import rig_text
+from autobalancer.files.machine_file import machine_text, parse_race_machine
+from autobalancer.machine import Machine
+
+TEXT = rig_text("cfrp_rig").replace(
+    'position = "275.72 mm"', 'position = "180 mm"'
+)  # the station is a node of the shaft
+SHAFT = parse_race_machine(TEXT)
+MODEL = lateral_model(SHAFT)
+FILES = {"file": "rotor.npz", "nodes": "nodes.csv", "length_unit": "mm", "mass_unit": "t"}
+KEPT = ["0 mm", "165.5 mm", "180 mm"]
+Matrices = dict[str, Any]
+
+
+def exported(folder: Path, model: LateralModel = MODEL) -> Matrices:
+    """Matrices of the shaft in t, mm and s, node by node with ux, uy, rx, ry; writes the table of nodes."""
+    nodes = 1e3 * model.axis.mesh.nodes  # type: ignore[attr-defined]
+    row = {
+        (n, way): 2 * n + (way[0] == "r") + model.pairs * (way in ("uy", "rx"))
+        for n in range(nodes.size)
+        for way in WAYS
+    }
+    labels = [(n, way) for n in range(nodes.size) for way in WAYS]
+    order = [row[label] for label in labels]
+    factor = np.array([{"u": 1.0, "r": 1e3}[way[0]] * (-1.0 if way == "rx" else 1.0) for _, way in labels])
+    lines = [f"{n + 1}, {way}, {nodes[n]:.12g}" for n, way in labels]
+    (folder / "nodes.csv").write_text("node, direction, position [mm]\n" + "\n".join(lines) + "\n")
+    whole = {"M": model.mass, "K": model.stiffness[0], "C": model.damping[0], "G": model.gyroscopic}
+    return {name: 1e-3 * factor[:, None] * matrix[np.ix_(order, order)] * factor for name, matrix in whole.items()}
+
+
+WAYS = ("ux", "uy", "rx", "ry")
+
+
+def machine_of(folder: Path, files: Matrices = FILES, **rotor: Any) -> Machine:
+    """The machine of the shaft with its rotor from files."""
+    import tomli_w
+
+    begin, end = TEXT.index("[rotor]"), TEXT.index("[[stations]]")
+    table = tomli_w.dumps({"rotor": {"kind": "matrices", "files": files, **rotor}})
+    machine = ab.parse_machine(TEXT[:begin] + table + TEXT[end:], folder=folder)
+    assert isinstance(machine, Machine)
+    return machine
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("matrices")
+    np.savez(place / "rotor.npz", **exported(place))
+    return place
+
+
+def test_all_rows_of_exported_matrices_are_the_model_of_the_shaft(folder: Path) -> None:
+    machine = machine_of(folder)
+    model = lateral_model(machine)
+    for name in ("mass", "gyroscopic", "stiffness", "damping"):
+        ours, theirs = getattr(model, name), getattr(MODEL, name)
+        assert ours == pytest.approx(theirs, abs=1e-12 * np.abs(theirs).max()), name
+    assert machine.rotor.inertia == pytest.approx(SHAFT.rotor.inertia, rel=1e-9)
+    assert model.total_mass == pytest.approx(MODEL.total_mass, rel=1e-9)
+    assert model.isotropic
+    assert parse_race_machine(machine_text(machine)) == machine  # a result needs no other file
+
+
+def test_few_coordinates_of_them_have_its_borders_modes_and_weight(folder: Path) -> None:
+    machine = machine_of(folder, {**FILES, "keep": KEPT, "modes": 3})
+    model = lateral_model(machine)
+    assert model.size == 2 * (6 + 3)
+    assert "Craig-Bampton, 88 to 18 coordinates" in machine.rotor.source  # type: ignore[union-attr]
+    assert model.isotropic
+    ours, theirs = (ab.rotor.critical_speeds(m)["critical_speed"].values[:3] for m in (machine, SHAFT))
+    assert ours == pytest.approx(theirs, rel=1e-5)
+    border = [next(b.speed for b in ab.stability.borders(m) if b.name == "exact border") for m in (machine, SHAFT)]
+    assert border[0] == pytest.approx(border[1], rel=1e-5)  # three modes; with all rows it is the same model
+    for number in (0, 1, 2):  # static answers of kept nodes are exact
+        places = [
+            m.axis.rows(float(z), None) for m, z in zip((model, MODEL), [(0.0, 0.1655, 0.18)[number]] * 2, strict=True)
+        ]
+        sinks = [
+            m.both(place.deflection[None])[1] @ sag(m, 9.81) for m, place in zip((model, MODEL), places, strict=True)
+        ]
+        assert sinks[0] == pytest.approx(sinks[1], rel=1e-9, abs=1e-12)
+
+
+def test_a_rotor_whose_planes_are_coupled_keeps_modes_that_are_in_none_of_them(folder: Path, tmp_path: Path) -> None:
+    matrices = exported(tmp_path)
+    matrices["K"][20, 21] += 5.0  # t/s^2, between x and y of a node
+    matrices["K"][21, 20] += 5.0
+    np.savez(tmp_path / "rotor.npz", **matrices)
+    whole, few = (machine_of(tmp_path, {**FILES, **more}) for more in ({}, {"keep": KEPT, "modes": 6}))
+    assert any(coordinate.direction == "modal" for coordinate in few.rotor.coordinates)  # type: ignore[union-attr]
+    assert not lateral_model(few).isotropic
+    ours, theirs = (ab.rotor.critical_speeds(m)["critical_speed"].values[:3] for m in (few, whole))
+    assert ours == pytest.approx(theirs, rel=1e-5)
+
+
+def test_supports_stand_beside_what_the_matrices_contain(folder: Path) -> None:
+    held = {"position": "165.5 mm", "stiffness": "2 N/mm", "damping": "3 N*s/m"}
+    text = TEXT.replace('damping = "57 N*s/m"', 'stiffness = "2 N/mm"\ndamping = "60 N*s/m"')
+    ours = lateral_model(machine_of(folder, supports=[held]))
+    theirs = lateral_model(parse_race_machine(text))
+    assert ours.stiffness == pytest.approx(theirs.stiffness, abs=1e-9 * np.abs(theirs.stiffness).max())
+
+
+def _market(path: Path, matrix: Any) -> None:
+    io.mmwrite(path, sparse.coo_array(matrix), precision=17)
+
+
+def _triplets(path: Path, matrix: Any) -> None:
+    half = sparse.coo_array(np.tril(matrix))
+    path.write_text(
+        "# row, column, value\n"
+        + "\n".join(f"{i + 1}, {j + 1}, {v!r}" for i, j, v in zip(*half.coords, half.data.tolist(), strict=True))
+    )
+
+
+def _nodal(path: Path, matrix: Any) -> None:
+    whole = sparse.coo_array(matrix)
+    ends = [[(1 + k // 4, {"ux": 1, "uy": 2, "rx": 4, "ry": 5}[WAYS[k % 4]]) for k in side] for side in whole.coords]
+    lines = [f"{a[0]},{a[1]}, {b[0]},{b[1]}, {v!r}" for a, b, v in zip(*ends, whole.data.tolist(), strict=True)]
+    path.write_text("** matrix of stiffness\n" + "\n".join(lines))
+
+
+def _harwell(path: Path, matrix: Any) -> None:
+    io.hb_write(path, sparse.csc_matrix(matrix))
+
+
+WRITERS: dict[str, Callable[[Path, Any], None]] = {
+    "K.mtx": _market,
+    "K.txt": _triplets,
+    "K.csv": _nodal,
+    "K.npz": lambda path, matrix: sparse.save_npz(path, sparse.csr_array(matrix)),
+    "K.mat": lambda path, matrix: io.savemat(path, {"K": matrix}),
+    "K.hb": _harwell,
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_each_format_gives_the_same_matrix(name: str, folder: Path, tmp_path: Path) -> None:
+    matrices = exported(tmp_path)
+    WRITERS[name](tmp_path / name, matrices["K"])
+    np.savez(tmp_path / "others.npz", M=matrices["M"], C=matrices["C"], G=matrices["G"])
+    files = {**FILES, "file": "others.npz", "stiffness": name}
+    ours = lateral_model(machine_of(tmp_path, files)).stiffness
+    assert ours == pytest.approx(MODEL.stiffness, abs=1e-7 * np.abs(MODEL.stiffness).max())  # some write few digits
+
+
+def _changed(name: str, change: Callable[[Any], None]) -> Callable[[Path], Matrices]:
+    def write(folder: Path) -> Matrices:
+        matrices = exported(folder)
+        change(matrices[name])
+        np.savez(folder / "rotor.npz", **matrices)
+        return FILES
+
+    return write
+
+
+def _set(row: int, column: int, value: float) -> Callable[[Any], None]:
+    def change(matrix: Any) -> None:
+        matrix[row, column] = value
+
+    return change
+
+
+def _turned(matrix: Any) -> None:
+    matrix *= -1.0
+
+
+def _with(**more: Any) -> Callable[[Path], Matrices]:
+    def write(folder: Path) -> Matrices:
+        np.savez(folder / "rotor.npz", **exported(folder))
+        return {key: value for key, value in {**FILES, **more}.items() if value is not None}
+
+    return write
+
+
+@pytest.mark.parametrize(
+    ("write", "said"),
+    [
+        (_changed("K", _set(4, 8, 1.0)), r"rotor\.files\.stiffness: is not symmetric: entries 5, 9 and 9, 5 differ"),
+        (_changed("M", _set(4, 4, -1.0)), r"rotor\.files\.mass: is negative in row 5, ux of node 2"),
+        (_changed("K", _set(0, 0, np.nan)), r"entries that are no finite numbers"),
+        (_changed("G", _turned), r"rotor\.files\.gyroscopic: turns the wrong way"),
+        (_with(mass_unit=None), r"rotor\.files\.mass_unit: missing"),
+        (_with(length_unit="ft"), r"rotor\.files\.length_unit: "),
+        (_with(file="rotor.op2"), r"rotor\.files\.file: "),
+        (_with(keep=["33 mm"]), r"rotor\.files\.keep\[1\]: no node is at 0\.033 m; the nearest is at 0\.0"),
+        (_with(nodes="other.csv"), r"rotor\.files\.nodes: .*other\.csv"),
+    ],
+)
+def test_impossible_files_are_refused_with_their_key(
+    write: Callable[[Path], Matrices], said: str, tmp_path: Path
+) -> None:
+    with pytest.raises(MachineFileError, match=said):
+        machine_of(tmp_path, write(tmp_path))
+
+
+def test_a_station_beside_all_nodes_is_refused_with_the_nearest(folder: Path) -> None:
+    machine = machine_of(folder, {**FILES, "keep": KEPT[:2], "modes": 3})
+    with pytest.raises(ab.errors.MachineError, match=r"position 0\.18 m: no node is there.*add it to 'keep'"):
+        ab.rotor.critical_speeds(machine)
