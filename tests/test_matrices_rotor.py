@@ -14,11 +14,11 @@ import autobalancer as ab
 from autobalancer.assembly.rotors import LateralModel, lateral_model
 from autobalancer.assembly.rotors.grounds import sag
 from autobalancer.errors import MachineFileError
-from autobalancer.files.examples import rig_text
+from autobalancer.files.examples import example_text
 from autobalancer.files.machine_file import machine_text, parse_race_machine
 from autobalancer.machine import Machine
 
-TEXT = rig_text("cfrp_rig").replace(
+TEXT = example_text("cfrp_rig").replace(
     'position = "275.72 mm"', 'position = "180 mm"'
 )  # the station is a node of the shaft
 SHAFT = parse_race_machine(TEXT)
@@ -108,6 +108,21 @@ def test_a_rotor_whose_planes_are_coupled_keeps_modes_that_are_in_none_of_them(f
     assert not lateral_model(few).isotropic
     ours, theirs = (ab.rotor.critical_speeds(m)["critical_speed"].values[:3] for m in (few, whole))
     assert ours == pytest.approx(theirs, rel=1e-5)
+
+
+def test_matrices_in_memory_are_a_rotor_too_and_rows_without_mass_have_no_mode(folder: Path) -> None:
+    matrices = exported(folder)
+    ways, positions = [*WAYS] * (matrices["K"].shape[0] // 4), np.repeat(MODEL.axis.mesh.nodes, 4)  # type: ignore[attr-defined]
+    to_si = 1e3 * np.outer(*[np.array([1e-3 if way[0] == "r" else 1.0 for way in ways])] * 2)
+    m, k, c, g = (sparse.csc_array(to_si * matrices[name]) for name in "MKCG")
+    rotor = ab.rotor.from_matrices(m, k, ways, positions, damping=c, gyroscopic=g, keep=[0.0, 0.1655, 0.18], modes=3)
+    theirs = machine_of(folder, {**FILES, "keep": KEPT, "modes": 3}).rotor
+    assert np.array(rotor.stiffness_matrix) == pytest.approx(np.array(theirs.stiffness_matrix), rel=1e-6, abs=1e-3)  # type: ignore[union-attr]
+    lumped = sparse.diags_array(np.where([way[0] == "u" for way in ways], m.diagonal(), 0.0)).tocsc()
+    few = ab.rotor.from_matrices(lumped, k, ways, positions, keep=[0.0, 0.18], modes=200)
+    assert len(few.coordinates) == 8 + 2 * (len(ways) // 4 - 2)  # one mode for each deflection inside
+    with pytest.raises(ab.errors.MachineError, match="positions: has 3 rows for 88 directions"):
+        ab.rotor.from_matrices(m, k, ways, [0.0, 0.1, 0.2])
 
 
 def test_supports_stand_beside_what_the_matrices_contain(folder: Path) -> None:

@@ -16,10 +16,8 @@ import numpy as np
 
 import autobalancer as ab
 
-text = ab.catalog.rig_text("cfrp_rig").replace(
-    'position = "275.72 mm"', 'position = "180 mm"'
-)  # race at the end of the shaft
-shaft = ab.parse_machine(text)
+shaft = ab.with_parameter(ab.example("cfrp_rig"), "stations[2].position", 0.18)  # the race at the end of the shaft
+text = ab.machine_text(shaft)
 model = ab.rotor.lateral_model(shaft)
 folder = Path(mkdtemp())
 

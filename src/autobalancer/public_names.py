@@ -106,6 +106,7 @@ NAMES: dict[str, dict[str, str]] = {
         ),
         "load_measurements": "measurement.comparison.run_up_fit",
         "equivalent_planar": "rotordynamics.equivalent_planar",
+        "from_matrices": "files.matrix_files",
         "from_ross": "rotordynamics.equivalent_planar",
         "lateral_model": "assembly.rotors",
     },

@@ -1,6 +1,7 @@
 # written by tools/write_stubs.py from public_names.py
 
 from autobalancer.assembly.rotors import lateral_model as lateral_model
+from autobalancer.files.matrix_files import from_matrices as from_matrices
 from autobalancer.measurement.comparison.run_up_fit import load_measurements as load_measurements
 from autobalancer.rotordynamics.campbell import campbell as campbell
 from autobalancer.rotordynamics.campbell import critical_speeds as critical_speeds
@@ -32,6 +33,7 @@ __all__ = [
     "campbell",
     "critical_speeds",
     "equivalent_planar",
+    "from_matrices",
     "from_ross",
     "identify",
     "lateral_model",

@@ -6,16 +6,16 @@ the static answer of the rotor to forces at the kept nodes stays exact, and the 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from autobalancer.errors import MachineFileError
+from autobalancer.errors import MachineError, MachineFileError
 from autobalancer.files.text_files import read_table
-from autobalancer.machine.rotors.modal import MatrixFiles
+from autobalancer.machine.rotors.modal import MatricesRotor, MatrixFiles
 from autobalancer.safe_file import not_to_read
 
 NAMES = {"M": "mass", "K": "stiffness", "C": "damping", "G": "gyroscopic"}
@@ -60,11 +60,67 @@ def rotor_from_files(entry: dict[str, Any], rotor: dict[str, Any], folder: Path)
     files = MatrixFiles(**entry)
     if both := [key for key in NUMBERS if key in rotor]:
         raise MachineFileError(f"{both[0]}: is read from the files; leave it out")
-    given = _read(files, folder)
+    return _keys(_read(files, folder), files.keep, files.modes, f"{files.file or files.mass}: ") | rotor
+
+
+def from_matrices(
+    mass: Any,
+    stiffness: Any,
+    directions: Sequence[str],
+    positions: ArrayLike,
+    *,
+    damping: Any = None,
+    gyroscopic: Any = None,
+    keep: Sequence[float] | None = None,
+    modes: int = 20,
+) -> MatricesRotor:
+    """A rotor from matrices in memory, as programs of finite elements and of rotordynamics have them.
+
+    Parameters
+    ----------
+    mass, stiffness, damping, gyroscopic
+        Over N rows, (N, N), SI, arrays or sparse matrices; the gyroscopic one at 1 rad/s, for a rotor that turns from x to y.
+    directions
+        What each row is, (N,): ``ux uy uz rx ry rz`` or 1 to 6; the axis of the rotor is z.
+    positions
+        Of the node of each row along the axis, (N,) m.
+    keep
+        Positions of nodes whose motion is kept, m: supports and stations. Without it all rows are, up to 240.
+    modes
+        Of the rotor with these nodes held, kept beside them (Craig and Bampton 1968).
+
+    Returns
+    -------
+    MatricesRotor
+        For ``Machine(rotor=...)``; its ``source`` says up to which frequency it stands for all rows.
+
+    Raises
+    ------
+    MachineError
+        If sizes do not fit, a matrix is impossible, or the rotor can move while the kept nodes are held.
+    """
+    from scipy import sparse
+
+    parts = {"mass": mass, "stiffness": stiffness, "damping": damping, "gyroscopic": gyroscopic}
+    matrices = {name: sparse.csr_array(part, dtype=np.float64) for name, part in parts.items() if part is not None}
+    ways = [SPELLINGS.get(str(way).strip().lower(), str(way)) for way in directions]
+    place = np.asarray(positions, np.float64)
+    for name, size in (*((name, matrix.shape[0]) for name, matrix in matrices.items()), ("positions", place.size)):
+        if size != len(ways):
+            raise MachineError(f"{name}: has {size} rows for {len(ways)} directions; give one for each")
+    if odd := [way for way in ways if way not in DIRECTIONS]:
+        raise MachineError(f"directions: given {odd[0]!r}; must be one of {', '.join(DIRECTIONS)}")
+    numbers = {z: str(i) for i, z in enumerate(np.unique(place), 1)}
+    given = Given(matrices, [numbers[z] for z in place], np.array(ways), place)
+    return MatricesRotor(**_keys(given, keep, modes, ""))
+
+
+def _keys(given: Given, keep: Sequence[float] | None, modes: int, source: str) -> dict[str, Any]:
+    """The keys of a rotor of the kind "matrices" in few coordinates."""
     _refuse_impossible(given)
-    if files.keep is None:
+    if keep is None:
         if given.ways.size > LARGEST:
-            raise MachineFileError(
+            raise MachineError(
                 f"missing; {given.ways.size} rows are too many to be taken as they are, {LARGEST} at most; name the "
                 "positions of supports and stations",
                 ("keep",),
@@ -72,16 +128,14 @@ def rotor_from_files(entry: dict[str, Any], rotor: dict[str, Any], folder: Path)
         basis, ways, positions = np.eye(given.ways.size), list(given.ways), list(given.positions)
         note = f"{given.ways.size} coordinates"
     else:
-        basis, ways, positions, note = _craig_bampton(given, _kept(files, given), files.modes)
+        basis, ways, positions, note = _craig_bampton(given, _kept(keep, given), modes)
     small = {name: np.asarray(basis.T @ (matrix @ basis)) for name, matrix in given.matrices.items()}
     for name, matrix in small.items():
         small[name] = 0.5 * (matrix - matrix.T if name == "gyroscopic" else matrix + matrix.T)
+    # the rigid motion in these coordinates, by which weight and a moving base act; of kept nodes it is one, but for rounding
     whole = np.column_stack([given.ways == "ux", given.ways == "uy"]).astype(np.float64)
-    pushed = basis.T @ (given.matrices["mass"] @ whole)
-    moved = np.linalg.solve(small["mass"], pushed)
-    moved = np.where(
-        np.abs(moved - np.round(moved)) < 1e-9, np.round(moved), moved
-    )  # of kept nodes one, but for rounding
+    moved = np.linalg.lstsq(small["mass"], basis.T @ (given.matrices["mass"] @ whole))[0]
+    moved = np.where(np.abs(moved - np.round(moved)) < 1e-9, np.round(moved), moved)
     keys: dict[str, Any] = {
         "coordinates": [
             {"direction": str(way)}
@@ -91,11 +145,11 @@ def rotor_from_files(entry: dict[str, Any], rotor: dict[str, Any], folder: Path)
         ],
         **{f"{name}_matrix": matrix.tolist() for name, matrix in small.items()},
         "total_mass": float(whole[:, 0] @ (given.matrices["mass"] @ whole[:, 0])),
-        "source": f"{files.file or files.mass}: {note}",
+        "source": f"{source}{note}",
     }
     if (inertia := _polar_inertia(given)) > 0.0:
         keys["inertia"] = inertia
-    return keys | rotor
+    return keys
 
 
 def _read(files: MatrixFiles, folder: Path) -> Given:
@@ -255,19 +309,19 @@ def _refuse_impossible(given: Given) -> None:
         apart = abs(matrix + sign * matrix.T)
         if apart.max() > SYMMETRIC * max(abs(matrix).max(), 1e-300):
             row, column = np.unravel_index(int(apart.toarray().argmax()) if apart.shape[0] < 3000 else 0, apart.shape)
-            raise MachineFileError(
+            raise MachineError(
                 f"is not {word}: entries {row + 1}, {column + 1} and {column + 1}, {row + 1} differ by {apart.max():.3g}, "
                 f"its greatest is {abs(matrix).max():.3g}",
                 (name,),
             )
     mass = given.matrices["mass"].diagonal()
     for wrong in np.flatnonzero(mass < 0.0):
-        raise MachineFileError(
+        raise MachineError(
             f"is negative in row {wrong + 1}, {given.ways[wrong]} of node {given.nodes[wrong]}", ("mass",)
         )
     stiffness = given.matrices["stiffness"].diagonal()
     for wrong in np.flatnonzero((stiffness == 0.0) & (mass == 0.0)):
-        raise MachineFileError(
+        raise MachineError(
             f"row {wrong + 1}, {given.ways[wrong]} of node {given.nodes[wrong]}, has neither mass nor stiffness; leave it out",
             ("mass",),
         )
@@ -281,7 +335,7 @@ def _polar_inertia(given: Given) -> float:
     about_y = np.where(given.ways == "ry", 1.0, np.where(given.ways == "ux", given.positions, 0.0))
     inertia = float(about_x @ (given.matrices["gyroscopic"] @ about_y))
     if inertia < 0.0:
-        raise MachineFileError(
+        raise MachineError(
             "turns the wrong way: its polar inertia is negative, so it is for a rotor that turns about -z; change its sign",
             ("gyroscopic",),
         )
@@ -291,14 +345,14 @@ def _polar_inertia(given: Given) -> float:
 # Fewer coordinates.
 
 
-def _kept(files: MatrixFiles, given: Given) -> NDArray[np.bool_]:
+def _kept(keep: Sequence[float], given: Given) -> NDArray[np.bool_]:
     """Rows of the nodes that are kept, of motions across the axis."""
     kept = np.zeros(given.ways.size, np.bool_)
     reach = max(float(np.ptp(given.positions)), 1e-9)
-    for number, place in enumerate(files.keep or ()):
+    for number, place in enumerate(keep):
         apart = np.abs(given.positions - float(place))
         if apart.min() > 1e-6 * reach:
-            raise MachineFileError(
+            raise MachineError(
                 f"no node is at {float(place):.6g} m; the nearest is at {given.positions[apart.argmin()]:.6g} m",
                 ("keep", number),
             )
@@ -345,7 +399,7 @@ def _fixed_interface(
     from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
     mass, stiffness = given.matrices["mass"], given.matrices["stiffness"]
-    count = min(modes, inside.size)
+    count = min(modes, int(np.count_nonzero(mass.diagonal()[inside])))
     basis = np.zeros((given.ways.size, outside.size + count))
     basis[outside, np.arange(outside.size)] = 1.0
     if not inside.size:
@@ -357,15 +411,17 @@ def _fixed_interface(
     except RuntimeError:
         soft = True
     if soft:
-        raise MachineFileError(
+        raise MachineError(
             "the rotor can move while these nodes are held; keep more nodes, or hold its rotation about z in its program",
             ("keep",),
         )
     basis[np.ix_(inside, np.arange(outside.size))] = -factor.solve(stiffness[inside][:, outside].toarray())
-    if count + 1 >= inside.size:
+    if count + 1 >= np.count_nonzero(mass.diagonal()[inside]):
         from scipy.linalg import eigh
 
-        squares, shapes = eigh(held.toarray(), mass[inside][:, inside].toarray())
+        shares, shapes = eigh(mass[inside][:, inside].toarray(), held.toarray())  # massless rows have no mode
+        squares = 1.0 / np.maximum(shares[::-1], np.finfo(np.float64).tiny)
+        shapes = shapes[:, ::-1][:, : count + 1] * np.sqrt(squares[: count + 1])  # of mass one
     else:
         inverse = LinearOperator(held.shape, matvec=factor.solve)
         start = np.random.default_rng(0).standard_normal(inside.size)  # no symmetry, and the same at each reading

@@ -69,7 +69,7 @@ from autobalancer.machine.machine import (
 from autobalancer.machine.part import Quantity, key
 from autobalancer.machine.plugins import Leaf, leaves_of
 from autobalancer.machine.rotors import MODELS, Rotor
-from autobalancer.machine.rotors.body import Body
+from autobalancer.machine.rotors.body import Body, Station
 from autobalancer.machine.rotors.joint import Joint, PointJoint, Spot
 from autobalancer.machine.rotors.modal import Coordinate, MatricesRotor, MatrixFiles, ModalRotor, Resonance
 from autobalancer.machine.rotors.multibody import MultibodyRotor
@@ -77,7 +77,6 @@ from autobalancer.machine.rotors.planar import PlanarRotor
 from autobalancer.machine.rotors.rigid import RigidRotor
 from autobalancer.machine.rotors.shaft import Disk, ShaftMaterial, ShaftRotor, ShaftSegment
 from autobalancer.machine.rotors.support import Hardening, Rubber, RubberFriction, RubberRelaxation, SpeedTable, Support
-from autobalancer.machine.station import Station
 
 if TYPE_CHECKING:
     from autobalancer.drag.cd_times_re import CoefficientDrag

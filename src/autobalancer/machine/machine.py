@@ -34,9 +34,9 @@ from autobalancer.machine.part import (
     key,
 )
 from autobalancer.machine.rotors import Rotor
+from autobalancer.machine.rotors.body import Place, Station
 from autobalancer.machine.rotors.modal import ModalRotor
 from autobalancer.machine.rotors.rigid import RigidRotor
-from autobalancer.machine.station import Place, Station
 from autobalancer.notebook import picture_html
 from autobalancer.tables import html_table
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -170,7 +171,7 @@ def given(rotor: MatricesRotor, gravity: float = 0.0) -> LateralModel:
     )  # fmt: skip
 
 
-def _ordered(ways: list[str], position: Floats, plane: tuple[str, str, str]) -> list[int]:
+def _ordered(ways: Sequence[str], position: Floats, plane: tuple[str, str, str]) -> list[int]:
     """Rows of a plane, node by node, deflection before slope, then its modes."""
     rank = {way: number for number, way in enumerate(plane)}
     chosen = [i for i, way in enumerate(ways) if way in rank]

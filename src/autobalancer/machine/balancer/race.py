@@ -25,7 +25,7 @@ from autobalancer.machine.part import (
     key,
 )
 from autobalancer.machine.plugins import OneOf
-from autobalancer.machine.station import Place
+from autobalancer.machine.rotors.body import Place
 
 # Balls, or rollers or pendulums in their place, alike ones together.
 

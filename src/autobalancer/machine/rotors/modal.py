@@ -149,7 +149,7 @@ class MatricesRotor(RotorModel):
                 raise ValueError(f"{name}: has {len(rows)} rows for {count} coordinates; give one for each")
             sign, word = (-1.0, "antisymmetric") if name == "gyroscopic_matrix" else (1.0, "symmetric")
             limit = SYMMETRIC * max(abs(entry) for row in rows for entry in row)
-            for i, j in ((i, j) for i in range(count) for j in range(i + 1)):
+            for i, j in ((row, column) for row in range(count) for column in range(row + 1)):
                 if abs(rows[i][j] - sign * rows[j][i]) > limit:
                     raise ValueError(
                         f"{name}: must be {word}; entries {i + 1}, {j + 1} and {j + 1}, {i + 1} are {rows[i][j]:.6g} "

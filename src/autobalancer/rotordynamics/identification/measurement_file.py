@@ -13,7 +13,7 @@ from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.files.text_files import built_of, read_table, read_toml
 from autobalancer.machine.part import Amount, Label, Listed, Question, Rate, Speed, key
 from autobalancer.machine.path import unit_at
-from autobalancer.machine.station import Place
+from autobalancer.machine.rotors.body import Place
 from autobalancer.rotordynamics.identification.fit import (
     FreeParameter,
     KnownValue,

@@ -34,7 +34,7 @@ from autobalancer.machine.part import (
     UnbalanceMoment,
     key,
 )
-from autobalancer.machine.station import Place
+from autobalancer.machine.rotors.body import Place
 from autobalancer.random_numbers import Z, generator, wilson_interval
 from autobalancer.results.run_arrays import SETTLING_FROM
 from autobalancer.results.verdict import BALANCED, WORDS
