@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parent.parent
 SOURCE = ROOT / "src" / "autobalancer"
 FILES = sorted(SOURCE.rglob("*.py"))
 LINES, ARGUMENTS, BODY = 800, 12, 80
-PUBLIC = {module for names in NAMES.values() for module in names.values()}  # modules that hold a public name
+PUBLIC_MODULES = {module for names in NAMES.values() for module in names.values()}  # modules that hold a public name
 CEILINGS = {
     "files": 399,
     "modules with one importer, beside them": 0.037,  # three of them know the inside of Numba, and are loaded by one switch
@@ -118,7 +118,7 @@ def share_with_one_importer_beside() -> float:
     beside = [
         module
         for module in modules
-        if module.removeprefix("autobalancer.") not in PUBLIC
+        if module.removeprefix("autobalancer.") not in PUBLIC_MODULES
         and len(found := importers.get(module, set())) == 1
         and next(iter(found)).rpartition(".")[0] == module.rpartition(".")[0]
     ]
@@ -296,7 +296,7 @@ def test_public_functions_name_their_arguments_in_their_docstrings() -> None:
 
 
 def test_there_are_at_most_so_many_public_names() -> None:
-    assert len(PUBLIC) <= 198
+    assert len(PUBLIC) <= 199
 
 
 def test_the_reference_lists_the_table_of_public_names() -> None:

@@ -17,7 +17,6 @@ import numpy as np
 import autobalancer as ab
 
 shaft = ab.with_parameter(ab.example("cfrp_rig"), "stations[2].position", 0.18)  # the race at the end of the shaft
-text = ab.machine_text(shaft)
 model = ab.rotor.lateral_model(shaft)
 folder = Path(mkdtemp())
 
@@ -35,7 +34,14 @@ np.savez(folder / "rotor.npz", **{name: scale * matrix for name, matrix in matri
 # %%
 # The machine file names them. Three nodes are kept, and three modes of the rotor with these held.
 
-rotor = """
+text = """
+name = "centrifuge rotor of finite elements"
+axis = "vertical"
+stations = [{ name = "sleeve", position = "165.5 mm" }, { name = "annulus", position = "180 mm" }]
+unbalances = [{ moment = "300 g*mm", station = "annulus" }]
+drive = { kind = "speed", profile = { kind = "table", time = [0, 100], speed = ["0 rad/s", "50 rad/s"] } }
+run = { duration = "120 s" }
+
 [rotor]
 kind = "matrices"
 
@@ -47,9 +53,22 @@ mass_unit = "t"
 keep = ["0 mm", "165.5 mm", "180 mm"]
 modes = 3
 
+[[balancers]]
+station = "annulus"
+
+[[balancers.races]]
+orbit_radius = "73.55 mm"
+fluid = { name = "silicone oil 10", temperature = "25 degC" }
+drag = { law = "race_geometry", clear_width = "10.815 mm" }
+
+[[balancers.races.balls]]
+count = 2
+mass = "4.4 g"
+diameter = "10.3 mm"
+motion = "rolling"
+start_angles = ["40 deg", "250 deg"]
 """
-begin, end = text.index("[rotor]"), text.index("[[stations]]")
-machine = ab.parse_machine(text[:begin] + rotor + text[end:], folder=folder)
+machine = ab.parse_machine(text, folder=folder)
 print(machine.rotor.source)
 
 # %%
