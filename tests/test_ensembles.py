@@ -58,6 +58,7 @@ def same(found: Any, number: int, run: Any) -> None:
     [
         ("drag", DRAG[:2]),
         ("unbalance", [3e-4, "6000 g*mm"]),
+        ("unbalance", [0.0, 3e-4]),
         ("rotor.mass", [9.0, 11.0]),
         ("damping", [80.0, 150.0]),
         ("ball_mass", [2e-3, 3e-3]),

@@ -557,7 +557,7 @@ def ends_page(designed: Designed, machine: Machine, file: str, half: int | None,
     starts, share, limits = half or 1, float(designed.attrs["share"]), json.loads(designed.attrs["limits"])
     many: Any = ensemble(machine, {"unbalance": [low, high]}, seeds=starts, seed=seed, progress=silent)
     ends = [many.isel(member=np.isclose(many["unbalance"].values, end, rtol=1e-9, atol=0.0)) for end in (low, high)]
-    command = f'autobalancer ensemble {file} --column "unbalance={low:.17g},{high:.17g} kg*m" --seeds {starts}'
+    command = f'autobalancer ensemble {file} --column "unbalance={low!r},{high!r} kg*m" --seeds {starts}'
     page, rows = Section("Both ends of the range of unbalances", replay=f"{command} --seed {seed}"), []
     runs = f"{starts} random start{'s' * (starts > 1)}"
     for name in dict.fromkeys((*limits, *designed.attrs["objectives"])):

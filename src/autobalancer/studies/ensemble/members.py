@@ -523,7 +523,7 @@ def can_follow(machine: Machine, assembly: Assembly, name: str) -> bool:
     if assembly.model is not Model.PLANAR or not isinstance(machine.rotor, PlanarRotor):
         return False
     if name == "unbalance":
-        return True
+        return bool(machine.unbalances)  # one of 0 has no part that could grow
     result = _PART.fullmatch(name)
     return bool(result and getattr(machine.unbalances[int(result[1]) - 1], result[2]) is not None)
 
