@@ -19,11 +19,12 @@ ROOT = Path(__file__).resolve().parent.parent
 SOURCE = ROOT / "src" / "autobalancer"
 FILES = sorted(SOURCE.rglob("*.py"))
 LINES, ARGUMENTS, BODY = 800, 12, 80
+FAMILIES = {"drag", "forces", "friction", "joints", "shear", "rotors"}
 PUBLIC_MODULES = {module for names in NAMES.values() for module in names.values()}  # modules that hold a public name
 CEILINGS = {
-    "files": 399,
-    "modules with one importer, beside them": 0.037,  # three of them know the inside of Numba, and are loaded by one switch
-    "public functions named once elsewhere": 0.121,
+    "files": 351,  # without laws and rotors, of which there are as many as somebody needs
+    "modules with one importer, beside them": 0.034,  # three of them know the inside of Numba, and are loaded by one switch
+    "public functions named once elsewhere": 0.112,
     "import lines": 0.06,
     "import cycles": 0,
     "bodies over 80 lines": 0,
@@ -177,7 +178,7 @@ def measured() -> dict[str, float]:
     bodies = [length_of_body(node) for _, node in everything(functions) if isinstance(node, functions)]
     stems = [path.stem for path in FILES if path.name != "__init__.py"]
     return {
-        "files": len(FILES),
+        "files": sum(path.parent.name not in FAMILIES for path in FILES),
         "modules with one importer, beside them": share_with_one_importer_beside(),
         "public functions named once elsewhere": share_named_once_elsewhere(),
         "import lines": heads / lines,
