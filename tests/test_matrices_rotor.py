@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import io, sparse
+from scipy.linalg import eigh
 
 import autobalancer as ab
 from autobalancer.assembly.rotors import LateralModel, lateral_model
@@ -17,6 +18,7 @@ from autobalancer.errors import MachineFileError
 from autobalancer.files.examples import example_text
 from autobalancer.files.machine_file import machine_text, parse_race_machine
 from autobalancer.machine import Machine
+from autobalancer.simulation.input_remarks import input_notes
 
 TEXT = example_text("cfrp_rig").replace(
     'position = "275.72 mm"', 'position = "180 mm"'
@@ -119,8 +121,14 @@ def test_matrices_in_memory_are_a_rotor_too_and_rows_without_mass_have_no_mode(f
     theirs = machine_of(folder, {**FILES, "keep": KEPT, "modes": 3}).rotor
     assert np.array(rotor.stiffness_matrix) == pytest.approx(np.array(theirs.stiffness_matrix), rel=1e-6, abs=1e-3)  # type: ignore[union-attr]
     lumped = sparse.diags_array(np.where([way[0] == "u" for way in ways], m.diagonal(), 0.0)).tocsc()
-    few = ab.rotor.from_matrices(lumped, k, ways, positions, keep=[0.0, 0.18], modes=200)
-    assert len(few.coordinates) == 8 + 2 * (len(ways) // 4 - 2)  # one mode for each deflection inside
+    for modes, close in ((4, 2e-3), (200, 1e-7)):  # stiffnesses of the clamp are 1e7 times those of the shaft
+        few = ab.rotor.from_matrices(lumped, k, ways, positions, keep=[0.0, 0.18], modes=modes)
+        ours = np.sqrt(eigh(np.array(few.stiffness_matrix), np.array(few.mass_matrix), eigvals_only=True)[:4])
+        shares = eigh(lumped.toarray(), k.toarray(), eigvals_only=True)[::-1][:4]
+        assert ours == pytest.approx(1.0 / np.sqrt(shares), rel=close)
+    with pytest.raises(ab.errors.MachineError, match="keep: missing; row 3, rx of node 1, has no mass"):
+        ab.rotor.from_matrices(lumped, k, ways, positions)
+    assert len(few.coordinates) == 4 + 2 * (len(ways) // 4 - 2)  # one mode for each deflection inside
     with pytest.raises(ab.errors.MachineError, match="positions: has 3 rows for 88 directions"):
         ab.rotor.from_matrices(m, k, ways, [0.0, 0.1, 0.2])
 
@@ -193,6 +201,10 @@ def _set(row: int, column: int, value: float) -> Callable[[Any], None]:
     return change
 
 
+def _times(matrix: Any) -> None:
+    matrix *= 314.0
+
+
 def _turned(matrix: Any) -> None:
     matrix *= -1.0
 
@@ -212,6 +224,10 @@ def _with(**more: Any) -> Callable[[Path], Matrices]:
         (_changed("M", _set(4, 4, -1.0)), r"rotor\.files\.mass: is negative in row 5, ux of node 2"),
         (_changed("K", _set(0, 0, np.nan)), r"entries that are no finite numbers"),
         (_changed("G", _turned), r"rotor\.files\.gyroscopic: turns the wrong way"),
+        (
+            _changed("G", _times),
+            r"rotor\.files\.gyroscopic: its polar inertia is 26\.\d+ kg m\^2, and no body has more than twice",
+        ),
         (_with(mass_unit=None), r"rotor\.files\.mass_unit: missing"),
         (_with(length_unit="ft"), r"rotor\.files\.length_unit: "),
         (_with(file="rotor.op2"), r"rotor\.files\.file: "),
@@ -224,6 +240,26 @@ def test_impossible_files_are_refused_with_their_key(
 ) -> None:
     with pytest.raises(MachineFileError, match=said):
         machine_of(tmp_path, write(tmp_path))
+
+
+def test_what_is_odd_about_matrices_is_said(folder: Path, tmp_path: Path) -> None:
+    machine = machine_of(folder, {**FILES, "keep": KEPT, "modes": 3, "mass_unit": "kg"})
+    notes = input_notes(ab.with_parameter(machine, "drive.profile.speed", [0.0, 15000.0]), None)
+    assert any("few coordinates stand for all rows of the matrices up to" in note for note in notes)
+    assert any("the balls are 129 % of the mass of the rotor, 0.006815 kg" in note for note in notes)
+    matrices = exported(tmp_path)
+    bare = mesh_stiffness(matrices["K"])
+    np.savez(tmp_path / "rotor.npz", **{**matrices, "K": bare})
+    with pytest.raises(ab.errors.MachineError, match="nothing holds the rotor across its axis; give it supports"):
+        lateral_model(machine_of(tmp_path))
+
+
+def mesh_stiffness(stiffness: Any) -> Any:
+    """Without what the clamp at the first node adds."""
+    bare = stiffness.copy()
+    for row, value in zip(range(4), (250e6, 250e6, 1e4 * 1e6, 1e4 * 1e6), strict=True):
+        bare[row, row] -= 1e-3 * value
+    return bare
 
 
 def test_a_station_beside_all_nodes_is_refused_with_the_nearest(folder: Path) -> None:

@@ -294,7 +294,7 @@ TERMS = (
         "starts of the rotor, names, and what counts in runs under a torque only",
         "Machine: name description; Station: name; Balancer: name; Body: name; Disk: name; Coupling: name; "
         "Start: rotor_angle speed deflection velocity; RunPlan: duration; "
-        "PlanarRotor: inertia; ModalRotor: inertia; MatricesRotor: inertia source total_mass",
+        "PlanarRotor: inertia; ModalRotor: inertia; MatricesRotor: inertia source total_mass valid_to",
         frozenset(),
         ALL,
         ANY_PLACE,

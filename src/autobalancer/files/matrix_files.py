@@ -125,10 +125,16 @@ def _keys(given: Given, keep: Sequence[float] | None, modes: int, source: str) -
                 "positions of supports and stations",
                 ("keep",),
             )
+        for row in np.flatnonzero(given.matrices["mass"].diagonal() == 0.0):
+            raise MachineError(
+                f"missing; row {row + 1}, {given.ways[row]} of node {given.nodes[row]}, has no mass; name the positions of "
+                "supports and stations, then rows without mass follow the others",
+                ("keep",),
+            )
         basis, ways, positions = np.eye(given.ways.size), list(given.ways), list(given.positions)
-        note = f"{given.ways.size} coordinates"
+        note, valid = f"{given.ways.size} coordinates", np.inf
     else:
-        basis, ways, positions, note = _craig_bampton(given, _kept(keep, given), modes)
+        basis, ways, positions, note, valid = _craig_bampton(given, _kept(keep, given), modes)
     small = {name: np.asarray(basis.T @ (matrix @ basis)) for name, matrix in given.matrices.items()}
     for name, matrix in small.items():
         small[name] = 0.5 * (matrix - matrix.T if name == "gyroscopic" else matrix + matrix.T)
@@ -149,6 +155,8 @@ def _keys(given: Given, keep: Sequence[float] | None, modes: int, source: str) -
     }
     if (inertia := _polar_inertia(given)) > 0.0:
         keys["inertia"] = inertia
+    if 0.0 < valid < np.inf:
+        keys["valid_to"] = f"{valid:.6g} rad/s"
     return keys
 
 
@@ -328,15 +336,24 @@ def _refuse_impossible(given: Given) -> None:
 
 
 def _polar_inertia(given: Given) -> float:
-    """Of the whole, from the gyroscopic moment of a rotation about y on one about x; negative if G has the other sign."""
+    """Of the whole, from the gyroscopic moment of a rotation about y on one about x."""
     if "gyroscopic" not in given.matrices:
         return 0.0
-    about_x = np.where(given.ways == "rx", 1.0, np.where(given.ways == "uy", -given.positions, 0.0))
-    about_y = np.where(given.ways == "ry", 1.0, np.where(given.ways == "ux", given.positions, 0.0))
-    inertia = float(about_x @ (given.matrices["gyroscopic"] @ about_y))
+    mass, along = given.matrices["mass"], (given.ways == "ux").astype(np.float64)
+    middle = float(along @ (mass @ (along * given.positions)) / (along @ (mass @ along)))  # the mass center
+    height = given.positions - middle
+    about_x = np.where(given.ways == "rx", 1.0, np.where(given.ways == "uy", -height, 0.0))
+    about_y = np.where(given.ways == "ry", 1.0, np.where(given.ways == "ux", height, 0.0))
+    inertia, across = float(about_x @ (given.matrices["gyroscopic"] @ about_y)), float(about_y @ (mass @ about_y))
     if inertia < 0.0:
         raise MachineError(
             "turns the wrong way: its polar inertia is negative, so it is for a rotor that turns about -z; change its sign",
+            ("gyroscopic",),
+        )
+    if inertia > 2.0 * across * (1.0 + 1e-6):
+        raise MachineError(
+            f"its polar inertia is {inertia:.4g} kg m^2, and no body has more than twice its transverse inertia, "
+            f"{2.0 * across:.4g} here; it must be the matrix at 1 rad/s, not times a speed",
             ("gyroscopic",),
         )
     return inertia
@@ -346,22 +363,25 @@ def _polar_inertia(given: Given) -> float:
 
 
 def _kept(keep: Sequence[float], given: Given) -> NDArray[np.bool_]:
-    """Rows of the nodes that are kept, of motions across the axis."""
+    """Rows of the nodes that are kept, of motions across the axis that have mass."""
     kept = np.zeros(given.ways.size, np.bool_)
     reach = max(float(np.ptp(given.positions)), 1e-9)
     for number, place in enumerate(keep):
         apart = np.abs(given.positions - float(place))
         if apart.min() > 1e-6 * reach:
             raise MachineError(
-                f"no node is at {float(place):.6g} m; the nearest is at {given.positions[apart.argmin()]:.6g} m",
+                f"no node is at {float(place):.6g} m; the nearest is at {given.positions[apart.argmin()]:.6g} m, and all are "
+                f"from {given.positions.min():.6g} to {given.positions.max():.6g} m",
                 ("keep", number),
             )
         kept |= apart <= 1e-6 * reach
-    return kept & np.isin(given.ways, ("ux", "uy", "rx", "ry"))
+    return kept & np.isin(given.ways, ("ux", "uy", "rx", "ry")) & (given.matrices["mass"].diagonal() > 0.0)
 
 
-def _craig_bampton(given: Given, kept: NDArray[np.bool_], modes: int) -> tuple[Matrix, list[str], list[float], str]:
-    """The basis (N, R), what its columns are, where, and what is said of it."""
+def _craig_bampton(
+    given: Given, kept: NDArray[np.bool_], modes: int
+) -> tuple[Matrix, list[str], list[float], str, float]:
+    """The basis (N, R), what its columns are, where, what is said of it, and up to which frequency it is right, rad/s."""
     planes = [np.flatnonzero(np.isin(given.ways, ways)) for ways in (("ux", "ry"), ("uy", "rx"))]
     across = np.concatenate(planes)
     rest = np.setdiff1d(np.arange(given.ways.size), across)
@@ -384,7 +404,7 @@ def _craig_bampton(given: Given, kept: NDArray[np.bool_], modes: int) -> tuple[M
     sizes = f"{given.ways.size} to {basis.shape[1]} coordinates"
     said = f"receptance of the kept nodes within 1 % up to {end / (2.0 * np.pi):.4g} Hz" if end else "too few modes"
     note = f"Craig-Bampton, {sizes}; {said}" if np.isfinite(end) else f"all {sizes}"
-    return basis, ways, positions, note
+    return basis, ways, positions, note, end
 
 
 def _coupling(matrix: Sparse, one: NDArray[np.int64], other: NDArray[np.int64]) -> float:
@@ -416,16 +436,17 @@ def _fixed_interface(
             ("keep",),
         )
     basis[np.ix_(inside, np.arange(outside.size))] = -factor.solve(stiffness[inside][:, outside].toarray())
-    if count + 1 >= np.count_nonzero(mass.diagonal()[inside]):
+    # of the greatest shares 1/w^2 of M over K; rows without mass have none
+    heavy, inner = int(np.count_nonzero(mass.diagonal()[inside])), mass[inside][:, inside].tocsc()
+    if count + 1 >= heavy or 2 * count >= inside.size:
         from scipy.linalg import eigh
 
-        shares, shapes = eigh(mass[inside][:, inside].toarray(), held.toarray())  # massless rows have no mode
-        squares = 1.0 / np.maximum(shares[::-1], np.finfo(np.float64).tiny)
-        shapes = shapes[:, ::-1][:, : count + 1] * np.sqrt(squares[: count + 1])  # of mass one
+        shares, shapes = eigh(inner.toarray(), held.toarray())
     else:
-        inverse = LinearOperator(held.shape, matvec=factor.solve)
         start = np.random.default_rng(0).standard_normal(inside.size)  # no symmetry, and the same at each reading
-        squares, shapes = eigsh(held, count + 1, mass[inside][:, inside].tocsc(), sigma=0.0, OPinv=inverse, v0=start)
+        shares, shapes = eigsh(inner, count + 1, held, Minv=LinearOperator(held.shape, matvec=factor.solve), v0=start)
+    order = np.argsort(shares)[::-1][: min(count + 1, heavy)]
+    squares, shapes = 1.0 / shares[order], shapes[:, order] / np.sqrt(shares[order])  # of mass one
     basis[np.ix_(inside, np.arange(outside.size, outside.size + count))] = shapes[:, :count]
     return basis, float(np.sqrt(squares[count])) if count < squares.size else np.inf
 

@@ -331,10 +331,9 @@ class Machine(Part):
         balls = sum(race.ball_count for race in races)
         drive = "prescribed speed" if isinstance(self.drive, PrescribedSpeed) else "torque"
         count = len(self.drive.couplings)
-        source = getattr(self.rotor, "source", "")
         drive += f", {count} coupling{'s' * (count != 1)}" if count else ""
         return [
-            ("rotor", f"{self.rotor.kind}, {self.axis} axis{f'; {source}' if source else ''}"),
+            ("rotor", f"{self.rotor.kind}, {self.axis} axis"),
             ("balls", f"{balls} in {len(races)} race{'s' * (len(races) != 1)}"),
             ("unbalances", str(len(self.unbalances))),
             ("drive", drive),

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from autobalancer.assembly.drive_train import corners
+from autobalancer.assembly.drive_train import corners, highest_prescribed
 from autobalancer.assembly.reduced_rotor import has_hardening, has_rubber
 from autobalancer.assembly.system import Assembly
 from autobalancer.catalog.resolve import resolve
-from autobalancer.machine import Machine, PrescribedSpeed
+from autobalancer.machine import Machine, MatricesRotor, PrescribedSpeed
 from autobalancer.machine.drive import Hill
 from autobalancer.machine.keys import USUAL, bare_numbers
+from autobalancer.tables import rpm_and_si
 from autobalancer.units import WrittenFloat
 
 REACHED = 0.95  # of the last speed of an S-shaped run-up, which never ends: a run that comes so far is long enough
@@ -19,7 +20,12 @@ SMALLEST_SHIFT = 2e-7  # m: balls that move the center of mass by less balance n
 
 def input_notes(machine: Machine, end: float | None) -> tuple[str, ...]:
     """Sentences on numbers that were hardly meant in SI, and on a run of ``end`` seconds that ends before its speed profile."""
-    return bare_numbers(machine) + _too_heavy(machine) + (() if end is None else _ends_early(machine, end))
+    return (
+        bare_numbers(machine)
+        + _too_heavy(machine)
+        + _of_matrices(machine)
+        + (() if end is None else _ends_early(machine, end))
+    )
 
 
 def _too_heavy(machine: Machine) -> tuple[str, ...]:
@@ -37,6 +43,28 @@ def _too_heavy(machine: Machine) -> tuple[str, ...]:
         f"rotor.mass = {mass:.10g} was read in kg, since a number without a unit is SI; beside it the balls can move the center "
         f'of mass by {1e6 * able / mass:.2g} um at most. Write the mass with its unit, "{mass:.10g} g" if that is meant',
     )
+
+
+HEAVY = 0.1  # balls over the mass of a rotor of matrices, beyond which their unit is in doubt
+
+
+def _of_matrices(machine: Machine) -> tuple[str, ...]:
+    """A rotor of matrices beyond the frequency for which its coordinates stand, and one that is light beside its balls."""
+    rotor, notes = machine.rotor, []
+    if not isinstance(rotor, MatricesRotor):
+        return ()
+    top, balls = highest_prescribed(machine), sum(ball.mass for ball in resolve(machine))
+    if top is not None and rotor.valid_to is not None and top > float(rotor.valid_to):
+        notes.append(
+            f"the machine turns at up to {rpm_and_si(top)}, and its few coordinates stand for all rows of the matrices up to "
+            f"{rpm_and_si(float(rotor.valid_to))} only; keep more 'modes' (rotor.files)"
+        )
+    if balls > HEAVY * rotor.mass:
+        notes.append(
+            f"the balls are {100.0 * balls / rotor.mass:.3g} % of the mass of the rotor, {rotor.mass:.4g} kg; look at the "
+            "units of the matrices (rotor.files.mass_unit) if it is heavier"
+        )
+    return tuple(notes)
 
 
 def _ends_early(machine: Machine, end: float) -> tuple[str, ...]:

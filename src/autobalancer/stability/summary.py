@@ -258,6 +258,9 @@ class Summary(Described):
     highest_speed: float | None
     warnings: tuple[str, ...]
     rotor: str = "planar"
+    rotor_source: str = (
+        ""  # of a rotor of matrices: their files, and how few coordinates stand for them up to which frequency
+    )
     stations: tuple[StationSummary, ...] = ()
     service: Service | None = None  # None where the drive names no speed, or without unbalance
     friction: HeldByFriction | None = None  # None without balls, or where nothing is known of it
@@ -354,6 +357,7 @@ def summary(
         + _short(frame.stations)
         + odd_sizes(machine, balls),
         rotor=machine.rotor.kind,
+        rotor_source=getattr(machine.rotor, "source", ""),
         stations=frame.stations,
         service=service_of(machine, assembly, highest),
         friction=friction,
@@ -516,6 +520,7 @@ def summary_rows(summary: Summary, said: SpeedText) -> list[Row]:
     return [
         *([("balances", answer)] if answer else []),
         ("axis", summary.axis),
+        *([("rotor", f"{summary.rotor}: {summary.rotor_source}")] if summary.rotor_source else []),
         ("mass", f"{summary.total_mass:.6g} kg with balls, {summary.rotor_mass:.6g} kg without"),
         *_critical_speeds(summary, said),
         *([("rubber", "\n".join(summary.rubber))] if summary.rubber else []),

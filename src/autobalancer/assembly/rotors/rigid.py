@@ -16,6 +16,7 @@ from autobalancer.assembly.rotors.lateral_model import (
     matrices,
     table_speeds,
 )
+from autobalancer.errors import MachineError
 from autobalancer.machine import MatricesRotor, ModalRotor, PlanarRotor, RigidRotor
 
 
@@ -100,6 +101,7 @@ def modal(rotor: ModalRotor, gravity: float = 0.0) -> LateralModel:
 # A rotor that is given by its matrices.
 
 
+LOOSE = 1e-12  # stiffness over the greatest, below which there is none
 NEAR = 1e-6  # of the length of the axis: so near a place is a node
 NAMES = {"ux": "x", "uy": "y", "ry": "slope of x", "rx": "slope of y"}
 
@@ -158,6 +160,7 @@ def given(rotor: MatricesRotor, gravity: float = 0.0) -> LateralModel:
     stiffness += arranged(rotor.stiffness_matrix)
     for support in rotor.supports:
         add_support(support, axis.rows(float(support.position), None), speeds, damping, stiffness)
+    _refuse_loose(stiffness[0, : 2 * pairs, : 2 * pairs])
     damping += arranged(rotor.damping_matrix) + float(rotor.stiffness_proportional_damping) * stiffness
     names = [NAMES.get(ways[i], ways[i]) for i in order]
     names = [
@@ -169,6 +172,20 @@ def given(rotor: MatricesRotor, gravity: float = 0.0) -> LateralModel:
         None if rotor.inertia is None else float(rotor.inertia), rotor.mass,
         np.array([rotor.coordinates[i].moved for i in order]) * sign[:, None],
     )  # fmt: skip
+
+
+def _refuse_loose(stiffness: Matrix) -> None:
+    """Refuse a rotor that nothing holds across its axis."""
+    scale = np.sqrt(np.abs(np.diag(stiffness)))
+    free = not scale.all()
+    if not free:
+        values = np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T) / np.outer(scale, scale))
+        free = bool(np.abs(values).min() < LOOSE * np.abs(values).max())
+    if free:
+        text = (
+            "nothing holds the rotor across its axis; give it supports, or matrices that contain those of its bearings"
+        )
+        raise MachineError.of("Machine", [(("rotor", "supports"), text)])
 
 
 def _ordered(ways: Sequence[str], position: Floats, plane: tuple[str, str, str]) -> list[int]:

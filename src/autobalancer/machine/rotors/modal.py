@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, PlainValidator, model_validator
 
-from autobalancer.machine.part import Inertia, Label, Listed, Mass, Part, Position, Quantity, Time, key
+from autobalancer.machine.part import Inertia, Label, Listed, Mass, Part, Position, Quantity, Rate, Time, key
 from autobalancer.machine.rotors.body import RotorModel
 from autobalancer.machine.rotors.support import Support
 
@@ -135,6 +135,9 @@ class MatricesRotor(RotorModel):
     total_mass: Mass | None = key("of all that moves across the axis; from M without it", None)
     stiffness_proportional_damping: Time = key("factor t in C = t K, added to C", 0.0)
     source: Label = key("where the matrices come from, for people", "")
+    valid_to: Rate | None = key(
+        "frequency up to which few coordinates stand for all rows of the files within 1 %", None
+    )
 
     @model_validator(mode="after")
     def _fitting(self) -> MatricesRotor:
