@@ -259,11 +259,110 @@ def test_a_trim_run_of_a_linear_rotor_asks_for_no_change_and_another_one_is_told
     found = balance([*runs_of(original, influence), trim], deviation=0.01)
     np.testing.assert_allclose(masses(found), masses(first), rtol=1e-9)
     np.testing.assert_allclose(found.change * np.exp(1j * found.change_angle), masses(first) - rough, atol=1e-9)
-    odd = BalanceRun("trim", read(original + influence @ rough + 0.5), on, trim=True)
+    odd = BalanceRun("trim", read(original + influence @ rough + 5.0), on, trim=True)  # predicted +- 0.8
     assert (
         "trim run 'trim' does not follow"
         in balance([*runs_of(original, influence), odd], deviation=0.01).attrs["warnings"]
     )
+
+
+def with_trim(share: float = 0.02, seed: int | None = None, put_on: float = 1.0, off: complex = 0.0):
+    """10 mm/s at 0 deg, with 5 g at 90 deg 10 mm/s at 30 deg, and a trim run with ``put_on`` times the correction it names."""
+    noise = np.zeros(3) if seed is None else share * np.random.default_rng(seed).standard_normal((3, 2)) @ [1.0, 1j]
+    true = np.array([vector("10@0"), vector("10@30")])  # mm/s
+    seen, trial = true * (1.0 + noise[:2]), 5.0 * np.exp(0.5j * np.pi)  # g
+    named = -seen[0] / (seen[1] - seen[0]) * trial
+    after = (true[0] + (true[1] - true[0]) / trial * put_on * named + off) * (1.0 + noise[2])
+    runs = (("original", seen[0], 0.0), ("trial", seen[1], trial), ("trim", after, named))
+    return balance(
+        [
+            BalanceRun(
+                name,
+                [Reading(f"{abs(v):.9g} mm/s", float(np.angle(v)))],
+                [TrialMass("a", G * abs(m), float(np.angle(m)))] if m else [],
+                trim=name == "trim",
+            )
+            for name, v, m in runs
+        ],
+        deviation=share,
+    )
+
+
+def alarms(found) -> bool:
+    return "does not follow" in found.attrs["warnings"]
+
+
+def test_a_trim_run_is_compared_with_the_deviation_of_its_difference_from_the_prediction():
+    found = with_trim(off=0.3)
+    # V0 + a w with w = -V0 / a: the errors of both readings, each times 1 / a w and so |V0 / (V1 - V0)| = 1.932
+    prediction = 0.02 * 10.0 * np.sqrt(2.0) / np.abs(vector("1@30") - 1.0)
+    assert float(found.misfit[-1, 0]) == pytest.approx(0.3 / np.hypot(prediction, 0.02 * 0.3), rel=1e-6)
+    assert not alarms(found)
+    assert np.isnan(found.misfit.values[:2]).all()  # no others say what these should be
+
+
+@pytest.mark.parametrize("share", [0.01, 0.02])
+def test_one_percent_of_correct_trim_runs_alarm_and_all_with_a_wrong_mass(share):
+    told = [alarms(with_trim(share, seed)) for seed in range(60)]
+    assert sum(told) <= 4  # 0.6 on average; more than 4 have a chance of 0.04 %
+    assert all(alarms(with_trim(share, seed, put_on=1.0 + 40.0 * share)) for seed in range(10))
+
+
+def test_runs_beyond_those_needed_are_compared_with_a_fit_without_them():
+    original, influence = some_rotor(1, 1)
+    once = runs_of(original, influence)
+    odd = BalanceRun("odd", read(original + influence @ [0.5] + 0.05), [TrialMass("a", 0.5)])
+    both, without = balance([*once, odd], deviation=0.01), balance(once, deviation=0.01)
+    left = float(
+        np.abs(odd.readings[0].amplitude * np.exp(1j * odd.readings[0].phase) - original - influence @ [0.5])[0]
+    )
+    sure = 0.01 * np.sqrt(
+        odd.readings[0].amplitude ** 2 + (0.5 * without.reading.values**2).sum() * 0.5
+    )  # the others give the mean of both
+    np.testing.assert_allclose(both.misfit.values[-1, 0], left / sure, rtol=1e-6)
+    np.testing.assert_allclose(both.misfit.values, both.misfit.values[-1, 0], rtol=1e-6)  # three runs, two unknowns
+    # where only their scatter gives the deviation, few runs cannot alarm by chance
+    assert not alarms(balance([*once, odd]))
+
+
+def test_masses_in_planes_that_are_not_corrected_come_off_after_a_trim_run():
+    original, influence = some_rotor(3)
+    on = [TrialMass("a", 0.4, 0.3), TrialMass("b", 0.7, 1.0)]
+    masses_on = np.array([0.4 * np.exp(0.3j), 0.7 * np.exp(1j)])
+    trim = BalanceRun("trim", read(original + influence @ masses_on), on, trim=True)
+    found = balance([*runs_of(original, influence), trim], planes=["a"], deviation=0.01)
+    without = balance(runs_of(original, influence), planes=["a"], deviation=0.01)
+    np.testing.assert_allclose(masses(found), masses(without), rtol=1e-9)
+    np.testing.assert_allclose(found.residual, np.abs(original + influence[:, 0] * masses(found)), rtol=1e-9)
+    assert "in plane b, which comes off, on" in dict(found.facts())["masses of the runs"]
+    least = balance([*runs_of(original, influence), trim], planes=["a"], largest=0.1)  # of the whole correction
+    assert float(least.correction[0]) == pytest.approx(0.1, rel=1e-6)
+
+
+def test_sensors_of_different_kinds_are_shown_in_their_own_units():
+    def both(displacement: str, velocity: str) -> list[Reading]:
+        return [
+            Reading(displacement, "0 deg", sensor="shaft"),
+            Reading(velocity, "0 deg", sensor="case"),
+        ]
+
+    runs = [
+        BalanceRun("0", both("4 mil pp", "2 mm/s rms")),
+        BalanceRun("1", both("3 mil pp", "1.6 mm/s rms"), [TrialMass("a", "1 g")]),
+    ]
+    found = balance(runs, deviation=0.01, largest="1 g")
+    facts = dict(found.facts())
+    assert facts["sensor shaft"].startswith("4 to 3 +- ")
+    assert facts["sensor shaft"].endswith("mil pp")
+    assert facts["sensor case"].startswith("2 to 1.6 +- ")
+    assert facts["sensor case"].endswith("mm/s rms")
+    assert any("one over its greatest reading" in text for text in found.remarks())
+    with pytest.raises(QuestionError, match="holes: given wrong; must be some of"):
+        balance(runs, holes={"holes": 6, "wrong": 1})
+    # more holes than three come nearer, and the answer says how many were tried
+    few, more = (balance(runs, holes={"holes": 12, "masses": ["1.3 g"], "most": n}) for n in (3, 9))
+    assert more.part_left[0] < few.part_left[0] / 2.0
+    assert "the least with up to 3 holes" in dict(few.facts())["correction in plane a"]
 
 
 def test_planes_that_act_alike_are_told_with_the_combination_that_is_not_seen():

@@ -214,7 +214,7 @@ WIDE = (
     "rubber rubber_loops.csv",
     "measure signals run_up_signals.csv",
     'measure balance later_run.toml --influence two_plane_job.toml --runout "bearing 1: 0.5 mm/s @ 30 deg"',
-    'measure balance two_plane_job.toml --largest "5 g" --holes 12 --mass "1 g"',
+    'measure balance two_plane_job.toml --largest "5 g" --holes 12 --mass "1 g" --most 2',
     "measure four-run four_runs.toml",
     "measure run-down two_plane_rotor.toml run_down_orders.csv --plane lower --plane upper",
     'measure trial-mass --radius "100 mm" --speed "1500 rpm" --rotor-mass "20 kg"',

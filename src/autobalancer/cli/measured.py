@@ -353,6 +353,7 @@ def rubber(
 
 EvenHoles = Annotated[int | None, "Split each correction over so many evenly spaced holes."]
 StockMasses = Annotated[list[str] | None, "That there is for the holes. May be repeated."]
+MostHoles = Annotated[int | None, "Holes that may be used with given masses, 3 unless given."]
 RunsFile = Annotated[Path, typer.Argument(help="Runs with their masses and readings, .toml.")]
 
 
@@ -369,6 +370,7 @@ def balance(
     ] = None,
     holes: EvenHoles = None,
     mass: StockMasses = None,
+    most: MostHoles = None,
     **options: Any,
 ) -> Any:
     """Correction masses from runs without and with trial masses, or from one run and known influence coefficients.
@@ -376,9 +378,13 @@ def balance(
     Example: autobalancer measure balance two_plane_job.toml --largest "5 g" --plot balance.png
     """
     vectors = [_runout(one) for one in runout] if runout else None
-    return ab.measure.balance(
-        file, largest=largest, influence=influence, runout=vectors, holes=holes, stock=mass, **options
-    )
+    options |= _split(holes, mass, most)
+    return ab.measure.balance(file, largest=largest, influence=influence, runout=vectors, **options)
+
+
+def _split(holes: int | None, mass: list[str] | None, most: int | None) -> dict[str, Any]:
+    """Arguments of the split of corrections."""
+    return {"holes": holes if most is None else {"holes": holes, "most": most}, "stock": mass}
 
 
 def _runout(text: str) -> Any:
@@ -394,12 +400,14 @@ def _runout(text: str) -> Any:
 
 
 @command("measure.four_run", take="both deviation", draw=True)
-def four_run(file: RunsFile, holes: EvenHoles = None, mass: StockMasses = None, **options: Any) -> Any:
+def four_run(
+    file: RunsFile, holes: EvenHoles = None, mass: StockMasses = None, most: MostHoles = None, **options: Any
+) -> Any:
     """Correction in one plane from amplitudes alone: one run without and three with a trial mass.
 
     Example: autobalancer measure four-run four_runs.toml --plot circles.png
     """
-    return ab.measure.four_run(file, holes=holes, stock=mass, **options)
+    return ab.measure.four_run(file, **_split(holes, mass, most), **options)
 
 
 @command("measure.unbalance_from_run_down", draw=True)
@@ -475,6 +483,8 @@ def split_mass(
         Column("mass", [factor * part for part in found.masses], sign, ".4g"),
     ]
     left = f"left: {factor * found.residual:.3g} {sign} at {whole_degrees(found.residual_angle)} deg"
+    if available and found.residual > 0.0:
+        left += f", the least with up to {options.get('most', 3)} holes; --most allows more"
     return Reply(found, columns=columns, lines=[left])
 
 

@@ -34,7 +34,7 @@ from autobalancer.units import optional_argument
 
 
 Goal = Literal["mean", "greatest"]
-Holes = int | Sequence[float | str] | None  # their number, or the angle of each; none for masses at any place
+Holes = int | Sequence[float | str] | Mapping[str, Any] | None  # none for masses at any place
 Stock = Sequence[float | str] | None
 TIGHT = 1e-13  # tolerance of the search
 
@@ -139,21 +139,20 @@ class Influence:
     others: Complexes
     used: np.ndarray  # (R,), runs from which they come
 
-    def fitted(self, job: Job, readings: Complexes) -> Complexes:
-        """What readings of all runs follow from both, (R, C)."""
+    def missing(self, job: Job) -> Complexes:
+        """The rows (R, R) that make of the readings what each has beyond the fit."""
         solution = np.concatenate([self.rows[:1], self.others, self.rows[1:]])
-        return np.asarray(_design(job) @ (solution @ readings))
+        return np.asarray(np.eye(self.used.size) - _design(job) @ solution)
 
 
-def influence_of(job: Job, readings: Complexes | None = None) -> Influence:
-    """From the readings of the job, or others of the same shape; runs that only trim are left out."""
-    readings = job.readings if readings is None else readings
+def influence_of(job: Job) -> Influence:
+    """From the readings of the job; runs that only trim are left out."""
     used = ~np.array(job.trim)
     design, count = _design(job), job.states.shape[1]
     rows = np.zeros(design.shape[::-1], complex)
     rows[:, used] = np.linalg.pinv(design[used])
     others, rows = rows[1:count], np.concatenate([rows[:1], rows[count:]])
-    influence = rows @ readings
+    influence = rows @ job.readings
     return Influence(influence[0], influence[1:].T, rows, others, used)
 
 
@@ -261,7 +260,7 @@ def balance(
     ----------
     runs
         Runs, or a file of them, see :func:`~autobalancer.measure.load_balance_runs`. A run with ``trim`` is compared with what
-        the others predict and then corrected further with their coefficients.
+        the others predict and then corrected further with their coefficients; masses in planes that are not corrected are off.
     phase
         ``"lead"`` of the vibration against the mark (the default) or ``"lag"``, as the instrument shows it.
     angles
@@ -284,7 +283,8 @@ def balance(
         What sensors show of the surface of the shaft at slow roll, in the sense of ``phase``; subtracted from all readings. One
         without a speed holds at all speeds of its sensor.
     holes
-        Over which each correction is split, as in :func:`~autobalancer.measure.split_mass`: their number, or the angle of each.
+        Over which each correction is split, as in :func:`~autobalancer.measure.split_mass`: their number, the angle of each, or
+        its options, such as ``{"holes": 12, "masses": ["1 g"], "most": 4}``.
         The predicted vibration is then that with the masses that are put on.
     stock
         Masses that there are for the holes; by default any size.
@@ -335,10 +335,9 @@ def balance(
     condition = _condition(scales[:, None] * balance.coefficients[:, chosen], job, chosen)
 
     def corrections(readings: Complexes) -> Complexes:
-        known = influence_of(job, readings)
-        original, before = _start(job, known, readings)
-        matrix = known.coefficients[:, chosen]
-        return before[chosen] + least_residual(original, matrix, scales, goal, limits)
+        original = _rows(job, balance, np.zeros(len(job.planes), complex)) @ readings
+        matrix = (balance.rows[1:] @ readings).T[:, chosen]
+        return least_residual(original, matrix, scales, goal, limits)
 
     masses = corrections(job.readings)
     covariance = mass_covariance(job, corrections)
@@ -351,13 +350,15 @@ def balance(
     )
 
 
-def _start(job: Job, known: Influence, readings: Complexes) -> tuple[Complexes, Complexes]:
-    """What is to be removed, and the masses with which it was read: of the last trim run, or without any masses."""
+def _rows(job: Job, known: Influence, masses: Complexes) -> Complexes:
+    """What makes of the readings the vibration with just these masses (P,), (R,); after a trim run counted from that run."""
     trims = np.flatnonzero(job.trim)
     if not trims.size:
-        return known.original, np.zeros(len(job.planes), complex)
-    last = trims[-1]
-    return readings[last] - job.states[last, 1:] @ (known.others @ readings), job.masses[last]
+        return np.asarray(np.r_[1.0, masses] @ known.rows)
+    last = int(trims[-1])
+    rows = np.r_[0.0, masses - job.masses[last]] @ known.rows - job.states[last, 1:] @ known.others
+    rows[last] += 1.0
+    return np.asarray(rows)
 
 
 def _earlier(influence: Answer | xr.Dataset | str | Path) -> Job:
@@ -444,7 +445,7 @@ def _with_scatter(job: Job, influence: Influence) -> tuple[Job, bool]:
     spare = int(influence.used.sum()) - _design(job).shape[1]
     if spare < 1 or np.isfinite(job.along).all():
         return job, False
-    missed = (job.readings - influence.fitted(job, job.readings))[influence.used]
+    missed = (influence.missing(job) @ job.readings)[influence.used]
     scatter = np.sqrt(0.5 * (np.abs(missed) ** 2).sum(axis=0) / spare)  # of each of two directions
     along = np.where(np.isfinite(job.along), job.along, scatter)
     return replace(job, along=along, across=np.where(np.isfinite(job.across), job.across, scatter)), True
@@ -471,7 +472,7 @@ def _condition(matrix: Complexes, job: Job, chosen: list[int]) -> float:
 
 
 POOR = 20.0  # condition number from which on small errors become great
-FAR = 3.0  # deviations from which on a run does not fit
+UNLIKELY = 0.01  # share of correct jobs in which a run is said not to follow from the others
 RULE = 0.3  # share (and about the angle in rad / 2) by which a trial mass should change a reading
 
 
@@ -503,14 +504,12 @@ def dataset(found: BalanceSolution, holes: Holes = None, stock: Stock = None) ->
     sizes = np.where(sizes < 1e-6 * np.abs(found.masses), 0.0, sizes)  # at a limit
     change = found.masses - job.masses[-1][found.chosen]
     wanted = {f"correction in plane {job.planes[p]}": one for p, one in zip(found.chosen, found.masses, strict=True)}
-    if _left_on(job) and holes is not None:
+    left_on = _left_on(job, found.chosen)
+    if left_on and holes is not None:
         wanted |= {f"change in plane {job.planes[p]}": one for p, one in zip(found.chosen, change, strict=True)}
     put_on, parts = mounted(wanted, mass, count, holes, stock)
     residual, sure = _residual(found, put_on[: change.size])
-    predicted = known.fitted(job, job.readings)
-    spread = np.sqrt(0.5 * (job.along**2 + job.across**2))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        misfit = np.abs(job.readings - predicted) / np.where(spread > 0.0, spread, np.nan)
+    misfit = misfits(job, known)
     each = {
         "correction": (("plane",), np.abs(found.masses), "correction mass", mass),
         "correction_deviation": (("plane",), sizes, "its standard deviation", mass),
@@ -533,13 +532,13 @@ def dataset(found: BalanceSolution, holes: Holes = None, stock: Stock = None) ->
         "states": (("run", "state"), job.states, "vectors in a reading: as it is now, run-out, before earlier jobs", "1"),
         "run_mass": (("run", "all_planes"), np.abs(job.masses), "mass on the rotor", mass),
         "run_mass_angle": (("run", "all_planes"), count * np.angle(job.masses), "its angle", "rad"),
-        "misfit": (("run", "channel"), misfit, "reading less prediction, in standard deviations", "1"),
+        "misfit": (("run", "channel"), misfit, "reading less what the others predict, in deviations of this difference", "1"),
         "covariance": (("component", "other_component"), found.covariance,
                        "covariance of the corrections, real parts of all planes first", f"({mass})^2"),
     }  # fmt: skip
     if put_on.size > change.size:
-        left_on = _residual(found, job.masses[-1][found.chosen] + put_on[change.size :])
-        each |= _predicted("left_on_residual", *left_on, turn, unit)
+        changed = _residual(found, job.masses[-1][found.chosen] + put_on[change.size :])
+        each |= _predicted("left_on_residual", *changed, turn, unit)
     answer = xr.Dataset(
         {
             name: (dims, values, {"long_name": text, "units": units})
@@ -550,18 +549,50 @@ def dataset(found: BalanceSolution, holes: Holes = None, stock: Stock = None) ->
     answer.attrs = {
         "title": "Balancing with influence coefficients", **provenance(), "goal": found.goal, "phase": found.phase,
         "angles": found.angles, "condition": found.condition, "deviations_from": _deviations_from(found),
-        "left_on": int(_left_on(job)), **({} if job.now.all() else {"runout_readings": _without_runout(job)}),
+        "left_on": int(left_on), **({} if job.now.all() else {"runout_readings": _without_runout(job)}),
         "warnings": "\n".join(_remarks(found, misfit, residual, sure)),
     }  # fmt: skip
     return Answer.of(answer, "Balancing")
 
 
-def _left_on(job: Job) -> bool:
-    """Whether the last run has masses that stay on the rotor."""
-    on = job.masses[job.now][-1] != 0.0
-    if job.now.sum() > 1:
-        on &= job.masses[job.now][-1] == job.masses[job.now][-2]
+def _left_on(job: Job, chosen: list[int]) -> bool:
+    """Whether the last run has masses in planes that are corrected which may stay on the rotor."""
+    masses = job.masses[job.now][:, chosen]
+    on = masses[-1] != 0.0
+    if masses.shape[0] > 1:
+        on &= masses[-1] == masses[-2]
     return bool(job.trim[-1] or on.any())
+
+
+def misfits(job: Job, known: Influence) -> Floats:
+    """How far each reading is from what the others predict, (R, C), in deviations of this difference.
+
+    A run that took part in the fit leaves a share of what it is off the others, with the same share of the deviation, so
+    the ratio is that to a fit without it. Without others that say anything it is nan.
+    """
+    rows = known.missing(job)
+    alone = np.linalg.norm(rows, axis=1) < 1e-6
+    size = np.abs(job.readings)
+    way = np.where(size > 0.0, job.readings / np.where(size > 0.0, size, 1.0), 1.0)
+    parts = rows[:, :, None] * way * np.stack([job.along, 1j * job.across])[:, None]
+    parts = np.where(np.abs(rows)[:, :, None] > 0.0, parts, 0.0)  # of readings that count, an unknown deviation too
+    xx, yy, xy = (parts.real**2).sum((0, 2)), (parts.imag**2).sum((0, 2)), (parts.real * parts.imag).sum((0, 2))
+    off = rows @ job.readings
+    with np.errstate(invalid="ignore", divide="ignore"):
+        square = (yy * off.real**2 - 2.0 * xy * off.real * off.imag + xx * off.imag**2) / (xx * yy - xy**2)
+        return np.where(alone[:, None], np.nan, np.sqrt(square))
+
+
+def _far(found: BalanceSolution, misfit: Floats) -> float:
+    """The misfit that one reading of a correct job exceeds with the probability `UNLIKELY`.
+
+    Of both parts of a vector the square follows chi-square, or F where the scatter of few runs gives the deviations.
+    """
+    share = UNLIKELY / max(1, np.isfinite(misfit).sum())
+    if not found.estimated:
+        return float(np.sqrt(-2.0 * np.log(share)))
+    spare = int(found.influence.used.sum()) - _design(found.job).shape[1]
+    return float(np.sqrt(2.0 * spare * (share ** (-1.0 / spare) - 1.0)))
 
 
 def _without_runout(job: Job) -> int:
@@ -581,6 +612,7 @@ def _coordinates(found: BalanceSolution) -> dict[str, Any]:
         "run": np.array(job.runs, dtype=object),
         "sensor": ("channel", np.array(job.sensors, dtype=object), {"long_name": "sensor"}),
         "unit": ("channel", np.array(job.units, dtype=object), {"long_name": "unit of its readings"}),
+        "written_unit": ("channel", np.array(job.written, dtype=object), {"long_name": "as they were written"}),
         "speed": ("channel", job.speeds, {"long_name": "rotor speed", "units": "rad/s"}),
     }
 
@@ -594,16 +626,11 @@ def _predicted(name: str, vibration: Complexes, sure: Floats, turn: float, unit:
 
 
 def _residual(found: BalanceSolution, masses: Complexes) -> tuple[Complexes, Floats]:
-    """What should be left with these masses on the rotor, and its deviation; after a trim run counted from that run."""
+    """What should be left with just these masses on the rotor, and its deviation."""
     job, known = found.job, found.influence
     whole = np.zeros(len(job.planes), complex)
     whole[found.chosen] = masses
-    trims = np.flatnonzero(job.trim)
-    rows = np.r_[1.0, whole] @ known.rows
-    if trims.size:
-        last = int(trims[-1])
-        rows = np.r_[0.0, whole - job.masses[last]] @ known.rows - job.states[last, 1:] @ known.others
-        rows[last] += 1.0
+    rows = _rows(job, known, whole)
     return rows @ job.readings, row_deviation(job, rows[None])[0]
 
 
@@ -632,12 +659,16 @@ def _remarks(found: BalanceSolution, misfit: Floats, residual: Complexes, sure: 
             f"the planes act much alike (condition number {found.condition:.3g}): {weak} is known poorly; "
             "more speeds or sensors help"
         )
-    for r in np.flatnonzero(np.nanmax(np.nan_to_num(misfit), axis=1, initial=0.0) > FAR):
+    if len(set(job.units)) > 1 and np.array_equal(found.weights, _scales(job, None)):
+        told.append(
+            "sensors of different kinds: each is weighed by one over its greatest reading, not by its deviation"
+        )
+    for r in np.flatnonzero(np.nanmax(np.nan_to_num(misfit), axis=1, initial=0.0) > _far(found, misfit)):
         c = int(np.nanargmax(misfit[r]))
         kind = "trim run" if job.trim[r] else "run"
         told.append(
             f"{kind} {job.runs[r]!r} does not follow from the others: {job.channel(c)} is {misfit[r, c]:.3g} standard "
-            "deviations off; check its masses and its speed, and whether balls in a race have moved"
+            "deviations of the difference off; check its masses and its speed, and whether balls in a race have moved"
         )
     if (job.states[~job.now].sum(axis=1) > 1.0).any() and not (job.states[job.now, 1:] > 0.0).any():
         told.append(
@@ -671,6 +702,9 @@ def _weakest(found: BalanceSolution) -> str:
 # Corrections as they are put on: split over holes, of masses that there are.
 
 
+SPLIT = ("holes", "first", "masses", "largest", "most")  # options of split_mass
+
+
 def mounted(
     wanted: Mapping[str, complex], unit: str, sense: float, holes: Holes, stock: Stock
 ) -> tuple[Complexes, dict[str, Any]]:
@@ -679,23 +713,31 @@ def mounted(
     ``sense`` is -1 where angles are counted against the rotation.
     """
     put_on = np.array(list(wanted.values()), complex)
-    if holes is None:
-        if stock is not None:
-            raise QuestionError("stock: given without holes; say how many holes there are, or the angle of each")
+    options = {"masses": stock, **(holes if isinstance(holes, Mapping) else {"holes": holes})}
+    if not options.keys() <= set(SPLIT):
+        raise QuestionError(
+            f"holes: given {', '.join(options.keys() - set(SPLIT))}; must be some of {', '.join(SPLIT)}"
+        )
+    if options.get("holes") is None:
+        if options.keys() - {"holes", "masses"} or options["masses"] is not None:
+            raise QuestionError(
+                "stock: given without holes, or options of them; say how many holes there are, or the angle of each"
+            )
         return put_on, {}
     parts: list[tuple[str, float, float, float]] = []
     for n, (name, mass) in enumerate(wanted.items()):
         size = f"{abs(mass):.17g} {unit.replace(' ', '*')}"
-        split = split_mass(size, sense * float(np.angle(mass)), holes=holes, masses=stock)
+        split = split_mass(size, sense * float(np.angle(mass)), **options)
         put_on[n] = np.exp(1j * sense * np.array(split.angles)) @ np.array(split.masses)
         pairs = zip(split.masses or (0.0,), split.angles or (0.0,), strict=True)
         parts += [(name, part, at, split.residual) for part, at in pairs]
     of, masses, angles, left = zip(*parts, strict=True)
+    tried = {} if options["masses"] is None else {"most": int(options.get("most", 3))}
     return put_on, {
         "part_of": ("part", np.array(of, dtype=object), {"long_name": "which mass it is a part of"}),
         "part_mass": ("part", list(masses), {"long_name": "mass in a hole", "units": unit}),
         "part_angle": ("part", list(angles), {"long_name": "angle of the hole", "units": "rad"}),
-        "part_left": ("part", list(left), {"long_name": "wanted mass less its parts", "units": unit}),
+        "part_left": ("part", list(left), {"long_name": "wanted mass less its parts", "units": unit, **tried}),
     }
 
 

@@ -56,7 +56,8 @@ def four_run(
     both
         Whether two answers are given where the runs cannot decide, as with two trial runs or places on one line.
     holes
-        Over which each correction is split, as in :func:`~autobalancer.measure.split_mass`: their number, or the angle of each.
+        Over which each correction is split, as in :func:`~autobalancer.measure.split_mass`: their number, the angle of each, or
+        its options, such as ``{"holes": 12, "masses": ["1 g"], "most": 4}``.
     stock
         Masses that there are for the holes; by default any size.
 
@@ -198,6 +199,8 @@ def _dataset(
         {
             "run": np.array(job.runs, dtype=object),
             "sensor": ("channel", np.array(job.sensors, dtype=object), {"long_name": "sensor"}),
+            "unit": ("channel", np.array(job.units, dtype=object), {"long_name": "unit of its readings"}),
+            "written_unit": ("channel", np.array(job.written, dtype=object), {"long_name": "as they were written"}),
             "speed": ("channel", job.speeds, {"long_name": "rotor speed", "units": "rad/s"}),
         },
     ).assign(parts)

@@ -24,6 +24,7 @@ from autobalancer.machine.part import Angle, Label, Name, Quantity, Question, Ra
 from autobalancer.rotordynamics.response import response
 from autobalancer.tables import rpm_and_si
 from autobalancer.units import argument, list_argument, optional_argument
+from autobalancer.units.quantity import NUMBER
 
 AMPLITUDES = ("m", "m/s", "m/s^2", "N", "V")
 MASSES = ("kg", "kg*m")
@@ -34,17 +35,18 @@ TURNS = 4.0 * math.pi  # a phase beyond it is hardly one in rad
 
 
 class Sized(float):
-    """A number in SI that knows its unit."""
+    """A number in SI that knows its unit, and that in which it was written."""
 
     unit: str
+    written: str
 
-    def __new__(cls, value: float, unit: str) -> Sized:
+    def __new__(cls, value: float, unit: str, written: str = "") -> Sized:
         self = super().__new__(cls, value)
-        self.unit = unit
+        self.unit, self.written = unit, written
         return self
 
-    def __getnewargs__(self) -> tuple[float, str]:  # type: ignore[override]
-        return float(self), self.unit
+    def __getnewargs__(self) -> tuple[float, str, str]:  # type: ignore[override]
+        return float(self), self.unit, self.written
 
 
 def _sized(units: tuple[str, ...], amplitude: bool = False) -> PlainValidator:
@@ -52,9 +54,10 @@ def _sized(units: tuple[str, ...], amplitude: bool = False) -> PlainValidator:
 
     def read(argument: Any) -> Sized:
         try:
-            return (
-                argument if isinstance(argument, Sized) else Sized(*quantity_of_units("it", argument, units, amplitude))
-            )
+            if isinstance(argument, Sized):
+                return argument
+            written = NUMBER.match(argument) if isinstance(argument, str) else None
+            return Sized(*quantity_of_units("it", argument, units, amplitude), written[2].strip() if written else "")
         except UnitError as reason:
             raise ValueError(str(reason).removeprefix("it: ")) from None
 
@@ -231,7 +234,8 @@ class Job:
     with angles in the sense of rotation. ``along`` and ``across`` (R, C) are standard deviations of a reading along its own
     direction and across it, nan where they are not known. ``states`` (R, B) say which vectors each reading contains beside what
     the masses do: first the vibration of the rotor as it is now, then the run-out, then those of earlier jobs. What is known
-    from elsewhere, the run-out and coefficients, stands before the runs, as readings of these alone.
+    from elsewhere, the run-out and coefficients, stands before the runs, as readings of these alone. ``written`` are the
+    units (C,) in which the first run has its readings, empty for numbers.
     """
 
     runs: tuple[str, ...]
@@ -246,6 +250,7 @@ class Job:
     along: Floats
     across: Floats
     states: Floats
+    written: tuple[str, ...] = ()
 
     def channel(self, c: int) -> str:
         """A channel for messages."""
@@ -332,6 +337,7 @@ def job_of(
     return Job(
         tuple(names), tuple(run.trim for run in rows), tuple(c[0] for c in channels), np.array([c[1] for c in channels]),
         tuple(c[2] for c in channels), planes, kinds[0] if kinds else "kg", readings, masses, along, across, states,
+        tuple(str(getattr(reading.amplitude, "written", "")) for reading in runs[0].readings),
     )  # fmt: skip
 
 

@@ -29,7 +29,7 @@ from autobalancer.plots.style import (
     picture,
     wrapped,
 )
-from autobalancer.results.answers.forms import shown_unit
+from autobalancer.results.answers.forms import channel_unit, shown_unit
 from autobalancer.results.display_units import length_axis, speed_axis
 from autobalancer.tables import whole_degrees
 
@@ -172,7 +172,7 @@ def run_down(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
 
 
 def _readings(axes: Axes, dataset: xr.Dataset) -> None:
-    sign, factor = shown_unit(str(dataset["original"].attrs["units"]))
+    sign, factor = _units(dataset)
     readings = factor * dataset["reading"].values * np.exp(1j * dataset["reading_phase"].values)
     surface = readings[dataset["run"].values == "run-out"].sum(axis=0)
     readings = readings[dataset["states"].values[:, 0] > 0.0] - surface  # not those of earlier jobs
@@ -259,8 +259,14 @@ def _square(axes: Axes, values: Any) -> None:
     axes.set_aspect("equal")
 
 
+def _units(dataset: xr.Dataset) -> tuple[str, Any]:
+    """The units of all readings, and the factor of each sensor, (C,)."""
+    signs, factors = zip(*(channel_unit(dataset.isel(channel=c)) for c in range(dataset.sizes["channel"])), strict=True)
+    return ", ".join(dict.fromkeys(signs)), np.array(factors)
+
+
 def _before_and_after(axes: Axes, dataset: xr.Dataset) -> None:
-    sign, factor = shown_unit(str(dataset["original"].attrs["units"]))
+    sign, factor = _units(dataset)
     before, after = factor * dataset["original"].values, factor * dataset["residual"].values
     sure = factor * dataset["residual_deviation"].values
     speeds = dataset["speed"].values * 30.0 / np.pi

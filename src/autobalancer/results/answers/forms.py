@@ -22,6 +22,7 @@ from autobalancer.results.display_units import (
     speed_axis,
 )
 from autobalancer.tables import Column, border_cell, rpm_and_si, whole_degrees
+from autobalancer.units import column_factor
 
 DAMPING = Shown("damping_ratio", "damping ratio", "%", ".3g")
 
@@ -482,6 +483,13 @@ def shown_unit(unit: str) -> tuple[str, float]:
     return SHOWN.get(unit, (unit, 1.0))
 
 
+def channel_unit(one: xr.Dataset) -> tuple[str, float]:
+    """The same of what a sensor reads: the unit in which its readings were written, if they were."""
+    if written := str(one["written_unit"].item()) if "written_unit" in one.coords else "":
+        return written, 1.0 / column_factor(written, one["unit"].item(), amplitude=True)[0]
+    return shown_unit(one["unit"].item() if "unit" in one.coords else one["residual"].attrs["units"])
+
+
 def _corrections(found: xr.Dataset, unit: str) -> list[Column]:
     """Mass and angle, each with its standard deviation."""
     sign, _ = shown_unit(found["correction"].attrs["units"])
@@ -503,14 +511,13 @@ def _changes(found: Answer) -> tuple[Shown, ...]:
 
 def _remains(found: Answer) -> list[tuple[str, str]]:
     """What remains, and beside known coefficients or a run-out from how many readings this was subtracted."""
-    sign, _ = shown_unit(found["original"].attrs["units"])
     facts = []
     for c in range(found.sizes["channel"]):
         one = found.isel(channel=c)
         said = _to(one, float(one["original"]), "residual")
         if "left_on_residual" in one:
             said += f" with the corrections, {_to(one, float(one['original']), 'left_on_residual')} with the changes"
-        facts.append((_channel(one), f"{said} {sign}".strip()))
+        facts.append((_channel(one), said))
     facts += _parts(found)
     if (count := found.attrs.get("runout_readings")) is not None:
         text = f"subtracted from {count} reading{'s' * (count > 1)}" if count else "none is subtracted"
@@ -524,11 +531,12 @@ def _channel(one: xr.Dataset) -> str:
 
 
 def _to(one: xr.Dataset, before: float, name: str) -> str:
-    """A vibration before and with masses: ``7.2 to 2.6 +- 0.2``."""
-    _, factor = shown_unit(one["residual"].attrs["units"])
+    """A vibration before and with masses: ``7.2 to 2.6 +- 0.2 mm/s``."""
+    sign, factor = channel_unit(one)
     after, sure = float(one[name]), float(one[f"{name}_deviation"])
     more = "" if np.isnan(sure) else f" +- {significant(factor * sure, 2)}"
-    return f"{significant(factor * before)} to {significant(factor * after if after > 1e-9 * before else 0.0)}{more}"
+    after = factor * after if after > 1e-9 * before else 0.0
+    return f"{significant(factor * before)} to {significant(after)}{more} {sign}".strip()
 
 
 def _parts(found: Answer) -> list[tuple[str, str]]:
@@ -545,8 +553,10 @@ def _parts(found: Answer) -> list[tuple[str, str]]:
             if size > 0.0
         ]
         lacking = factor * float(own["part_left"][0])
+        most = own["part_left"].attrs.get("most")
+        tried = f", the least with up to {most} holes; 'most' allows more" if most else ""
         rest = (
-            f"; {significant(lacking, 2)} {sign} of it are left"
+            f"; {significant(lacking, 2)} {sign} of it are left{tried}"
             if lacking > 1e-9 * factor * own["part_mass"].sum()
             else ""
         )
@@ -558,19 +568,23 @@ def _of_trial_masses(found: Answer) -> str:
     """Whether the masses with which the last run was made come off or stay."""
     sign, factor = shown_unit(found["run_mass"].attrs["units"])
     last = found.isel(run=-1)
-    on = [
-        f"{significant(factor * size)} {sign} at {whole_degrees(angle)} deg in plane {plane}"
+    on = {
+        plane: f"{significant(factor * size)} {sign} at {whole_degrees(angle)} deg in plane {plane}"
         for plane, size, angle in zip(
             *(last[name].values for name in ("all_planes", "run_mass", "run_mass_angle")), strict=True
         )
         if size > 0.0
-    ]
+    }
     if not on:
         return "all off, as in the last run; the corrections are for a rotor without them"
-    off = f"take off {', '.join(on)} of the last run: the corrections are for a rotor without masses of the runs"
-    if not found.attrs.get("left_on"):
+    off = (
+        f"take off {', '.join(on.values())} of the last run: the corrections are for a rotor without masses of the runs"
+    )
+    always = [text for plane, text in on.items() if plane not in found["plane"].values]
+    if not found.attrs.get("left_on") or len(always) == len(on):
         return off
-    return f"either {off}; or leave them on, and put on only what is in the columns 'change by' and 'at'"
+    without = f" all but {', '.join(always)}, which comes off," if always else " them"
+    return f"either {off}; or leave{without} on, and put on only what is in the columns 'change by' and 'at'"
 
 
 FORMS["Balancing"] = Form(
@@ -610,8 +624,7 @@ def _circles(found: Answer) -> list[tuple[str, str]]:
         if np.isfinite(one["residual"]):
             before = float(one["sensitivity"] * one["correction"])
             answer = f", answer {s + 1}" if found.sizes["solution"] > 1 else ""
-            sign, _ = shown_unit(one["residual"].attrs["units"])
-            facts.append((f"{_channel(one)}{answer}", f"{_to(one, before, 'residual')} {sign}".strip()))
+            facts.append((f"{_channel(one)}{answer}", _to(one, before, "residual")))
     facts += _parts(found)
     return [*facts, ("trial mass", "take it off: the correction is for the rotor without it")]
 
