@@ -203,7 +203,7 @@ def _rotor_moment(machine: Machine, times: np.ndarray, end: float) -> np.ndarray
     advance(*equations(assembly), assembly.system, pair, record, memory, 10_000_000)
     model, places = lateral_model(machine), places_of(machine, assembly)
     q = coordinates(record.samples, assembly)[0] @ places.basis.T
-    n, shape = model.pairs, model.translation
+    n, shape = model.pairs, model.translation[: model.pairs, 0]
     moved = model.mass[:n, :n] @ shape
     return np.asarray(q[:, :n] @ moved + 1j * (q[:, n : 2 * n] @ moved))
 

@@ -35,9 +35,9 @@ def test_every_sample_machine_is_drawn(name: str) -> None:
     figure.draw_without_rendering()
 
 
-@pytest.mark.parametrize("rig", ["cfrp_rig", "discoidal_rig"])
-def test_every_published_rig_is_drawn(rig: str) -> None:
-    ab.plot.machine(rig(rig)).draw_without_rendering()
+@pytest.mark.parametrize("name", ["cfrp_rig", "discoidal_rig"])
+def test_every_published_rig_is_drawn(name: str) -> None:
+    ab.plot.machine(rig(name)).draw_without_rendering()
 
 
 def test_the_body_of_a_rigid_rotor_has_its_mass_and_inertias() -> None:

@@ -21,7 +21,6 @@ from autobalancer.cli.terminal.command import (
 from autobalancer.cli.terminal.options import In, MachineFile, Seed
 from autobalancer.cli.terminal.sheet import sheet_si, speed_sign
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.comparison.run_up_fit import load_measured
 
 QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
 SURE = "95 %: the share of very many {} is in this interval with a probability of 95 %"
@@ -287,6 +286,8 @@ def _overlay(paths: list[Path], seed: int) -> Reply:
     """A run and a measurement."""
     if len(paths) != 2:
         raise QuestionError("compare: after a run give one measurement: a table of signals or orders, or an .nc file")
+    from autobalancer.measurement.comparison.run_up_fit import load_measured
+
     found: Any = ab.compare(ab.load_run(paths[0]), load_measured(paths[1]), seed=seed)
     names = (name for name, part in found.variables.items() if not {"time", "order_time"} & set(part.dims))
     return Reply(

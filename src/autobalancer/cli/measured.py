@@ -13,7 +13,6 @@ import autobalancer as ab
 from autobalancer.cli.terminal.command import MACHINE, SIGNALS, Reply, command
 from autobalancer.cli.terminal.options import In, Listed, MachineFile
 from autobalancer.cli.terminal.sheet import speed_sign
-from autobalancer.measurement.film.setup import save_film_setup
 from autobalancer.tables import Column, whole_degrees
 
 if TYPE_CHECKING:
@@ -538,6 +537,8 @@ def film(
     Example: autobalancer measure film stall.nc --out film.mp4 --tilt "30 deg" \\
       --end "0.1 s" --size 480x360
     """
+    from autobalancer.measurement.film.setup import save_film_setup
+
     (columns, rows), race = _size(size), options["race"]
     camera = ab.measure.film_camera(run, tilt=tilt, width=columns, height=rows, turning=turning, race=race)
     how = ab.measure.Exposure(

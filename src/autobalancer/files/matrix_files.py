@@ -375,7 +375,8 @@ def _kept(keep: Sequence[float], given: Given) -> NDArray[np.bool_]:
                 ("keep", number),
             )
         kept |= apart <= 1e-6 * reach
-    return kept & np.isin(given.ways, ("ux", "uy", "rx", "ry")) & (given.matrices["mass"].diagonal() > 0.0)
+    heavy = np.asarray(given.matrices["mass"].diagonal() > 0.0, np.bool_)
+    return kept & heavy & np.isin(given.ways, ("ux", "uy", "rx", "ry"))
 
 
 def _craig_bampton(

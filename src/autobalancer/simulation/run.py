@@ -190,7 +190,7 @@ def simulate_races(
     )
     run = with_impacts(run, noted)
     run.attrs |= _drag_range_attributes(assembly, run, record, state)
-    if "envelope_speed" in run or run.sizes.get("time"):
+    if run.sizes.get("bin" if "envelope_speed" in run else "time"):
         course = bins_of(run)
         numbers = map(plain, (course.end, course.speed, assembly.whirls))
         held = held_at_critical_speed(assembly.system, *numbers, float(state.clock[TIME]))
