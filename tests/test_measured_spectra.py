@@ -170,6 +170,9 @@ def test_damping_at_forty_decibels_is_within_one_percent_and_its_deviation_is_th
     assert np.abs(errors).max() < 0.01
     assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(np.mean(stated), rel=0.4)
     assert len(ab.plot.answer(found).axes) == 2
+    begin = float(found["time"][0])
+    assert found.attrs["title"].endswith(f"amplitude and phase at {begin:.5g} s")
+    assert f"{found.sizes['time']} values over time" in repr(found)
 
 
 def test_a_spectrum_says_why_its_lines_have_no_order() -> None:

@@ -15,7 +15,7 @@ from scipy.signal import lfilter
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError, RangeWarning
-from autobalancer.measurement.orders.tracking import filtered_orders, passed_by_filter
+from autobalancer.measurement.orders.tracking import filtered_orders, passed_by_filter, subtracted
 
 MASS, STIFFNESS, DAMPING, UNBALANCE = 12.27, 44654.0, 68.37, 594e-6  # the discoidal rig of Spannan (2021), table 6.4
 RATE, GROWTH, START, LENGTH = 1000.0, 4.0, 15.0, 20.0
@@ -216,6 +216,57 @@ def test_runout_is_told_from_unbalance_by_its_growth_with_the_speed(motion: np.n
         measured({"a": seen}), slow_roll=ab.measure.orders(measured({"a": seen})).isel(time=slice(40))
     )
     assert float(again["runout_amplitude"][0, 0]) == pytest.approx(12e-6, rel=0.08)
+
+
+@pytest.fixture(scope="module")
+def held_slowly() -> tuple[xr.Dataset, complex, np.ndarray]:
+    """Orders of 4 s at 200 rpm and a run-up by 55 rpm/s, with run-out and unbalance; the run-out, and the vibration."""
+    t, slow, runout = np.arange(10_000) / 1e3, 200.0 * np.pi / 30.0, 6e-6 * np.exp(0.7j)
+    since = np.maximum(0.0, t - 4.0)
+    speed, turned = slow + 5.76 * since, slow * t + 2.88 * since**2
+    vibration = UNBALANCE * speed**2 / (157e3 - MASS * speed**2 + 1j * DAMPING * speed)  # 1080 rpm; 1.7 um at 200 rpm
+    seen = ((runout + vibration) * np.exp(1j * turned)).real
+    noise = 2e-6 * np.random.default_rng(0).standard_normal((8, t.size))
+    channels = {f"n{k}": ab.measure.Channel(seen + row, "displacement") for k, row in enumerate(noise)}
+    signals = ab.measure.signals(t, {**channels, "tacho": ab.measure.Channel(tacho(turned), "tacho")})
+    orders = ab.measure.orders(signals)
+    at = orders["time"].values
+    return orders, runout, np.interp(at, t, vibration.real) + 1j * np.interp(at, t, vibration.imag)
+
+
+@pytest.mark.parametrize("slow_roll", ["0:4 s", "1:3 s", "own measurement"])
+@pytest.mark.parametrize("jumps", [False, True])
+def test_vibration_at_a_steady_slow_roll_is_told_by_the_next_speeds(
+    held_slowly: tuple[xr.Dataset, complex, np.ndarray], slow_roll: str, jumps: bool
+) -> None:
+    orders, runout, vibration = held_slowly
+    still = orders.isel(time=orders["time"].values < 3.5)
+    kept = (orders["time"].values < 3.5) | (orders["speed"].values > 45.0 * jumps)
+    found = subtracted(orders.isel(time=kept), still if slow_roll == "own measurement" else slow_roll)
+    off = (found["runout_amplitude"] * np.exp(1j * found["runout_phase"])).values - runout
+    stated = found["runout_deviation"].values
+    assert (np.abs(off) < 1.96 * np.sqrt(2.0) * stated).all()
+    assert (stated < 2.2e-6).all()  # the vibration there, 1.7 um, and what the next speed has grown beyond the square
+    amplitude = (found["amplitude"] * np.exp(1j * found["phase"])).values - vibration[kept]
+    deviation = np.hypot(found["amplitude_deviation"], found["bias"]).values
+    assert np.mean([np.abs(part) < 1.96 * deviation for part in (amplitude.real, amplitude.imag)]) > 0.93
+    if not jumps:  # the vibration there, 1.7 um, is no part of the run-out any more
+        assert (np.abs(off) < 0.5e-6).all()
+        assert "with the growth of the vibration up to 33" in found.attrs["runout"]
+
+
+def test_an_interval_in_which_vibration_would_be_taken_for_runout_is_refused(
+    held_slowly: tuple[xr.Dataset, complex, np.ndarray],
+) -> None:
+    orders = held_slowly[0]
+    fast = r"from 8 s to 9 s the rotor turns at 4.* rpm, but at 199.* rpm about .* s: .* in which it turns slowest"
+    with pytest.raises(QuestionError, match=fast):
+        subtracted(orders, "8:9 s")
+    with pytest.raises(QuestionError, match=r"turns at 4.* rpm, but at 199.* rpm about"):
+        subtracted(orders, orders.isel(time=orders["time"].values > 8.0))
+    still = orders.isel(time=orders["time"].values < 3.5)
+    with pytest.raises(QuestionError, match=r"at 200 rpm, and the record goes to 200.* rpm: vibration cannot be told"):
+        subtracted(still, "0:3 s")
 
 
 def test_what_a_tacho_that_stops_leaves_out_is_said() -> None:

@@ -35,11 +35,8 @@ FLAT, WIDER = 0.03, 8  # bias over the greatest amplitude above which a note say
 GRID, FRAMES = 120, 6  # points at which the noise is judged; frames of the record, at least
 MATTERS = 0.01  # of an amplitude: a line that makes it less uncertain has no note
 BEYOND = 6.0  # twice the variance of its parts is the mean square of noise; so much is taken from that of a bias
-LINE, DOUBT, ROWS = (
-    5.0,
-    4.0,
-    5,
-)  # times the noise about it, a line; times the variance without, at so many points, a note
+# times the noise about it, a line; times the variance without, at so many points, a note
+LINE, DOUBT, ROWS = 5.0, 4.0, 5
 VIBRATIONS = ("displacement", "velocity", "acceleration", "force", "torque", "voltage", "pressure")
 
 
@@ -246,11 +243,8 @@ def _slower(signals: xr.Dataset, requested: _Request) -> xr.Dataset:
         rows = []
         for group in merged_windows(starts, starts + 2 * half + 1):
             part = slice(int(starts[group][0]), int(starts[group][-1]) + 2 * half + 1)
-            rows.append(
-                upfirdn(weights, _values(signals, requested, part), 1, every, axis=1)[:, 2 * half // every :][
-                    :, : starts[group].size
-                ]
-            )
+            passed = upfirdn(weights, _values(signals, requested, part), 1, every, axis=1)[:, 2 * half // every :]
+            rows.append(passed[:, : starts[group].size])
         slow = signals.isel(time=slice(half, half + int(starts[-1]) + 1, every)).drop_vars(signals.data_vars)
         for name in ("rotor_angle", "speed", "rotor_angle_deviation"):
             slow[name] = signals[name][half : half + int(starts[-1]) + 1 : every].load()
@@ -259,11 +253,9 @@ def _slower(signals: xr.Dataset, requested: _Request) -> xr.Dataset:
         signals = slow.assign_attrs(sampling_rate=rate / every)
     # is there room for the band matrix?
     unknowns = 2 * requested.orders.size
-    each = (
-        8.0 * unknowns * (2 * (2 * unknowns + 1) + 4 * len(requested.channels))
-    )  # of the band, twice, and of what it gives
+    held = 2 * (2 * unknowns + 1) + 4 * len(requested.channels)  # the band, twice, and what it gives
     cure = "; take the fit, a piece of the record, or fewer orders"
-    refuse_beyond_memory("orders: vold-kalman", signals.sizes["time"], "samples", each, cure)
+    refuse_beyond_memory("orders: vold-kalman", signals.sizes["time"], "samples", 8.0 * unknowns * held, cure)
     return signals
 
 
@@ -452,11 +444,9 @@ def _dataset(
 # Run-out of a shaft: what displacement sensors see although nothing vibrates, found at slow roll and subtracted.
 
 
-SPREADS = (
-    1.3,
-    1.7,
-)  # ratios of speeds from which parts that grow with the second and the fourth power are told from the rest
+SPREADS = (1.3, 1.7)  # ratios of speeds from which parts that grow with the second and the fourth power are told apart
 STEADY = 1.05  # a ratio below which not even the first of them can be told
+SLOW = 1.5  # times the slowest speed of the record, above which nobody rolls slowly
 LEAST = 4  # points
 
 
@@ -465,9 +455,10 @@ def subtracted(orders: Orders, slow_roll: Any) -> Orders:
 
     Within the interval the complex amplitude is R + D w² + E w⁴ of the speed w: unbalance below the resonance grows in even
     powers, and what is left at speed zero, R, is run-out. Where the speed changes less, the last terms are left out; where
-    it hardly changes, R is the mean. The deviation of R contains the noise of the points that are independent, and
-    how far R would move with one more term. All points share this error of R, ``runout_deviation``; it is part of
-    the deviation of each of them.
+    it hardly changes, points of the record up to 1.7 times that speed are fitted, too. Without such points, R is the mean.
+    The deviation of R contains the noise of the points that are independent, and how far R would move with one more
+    term, or what the next speed shows, by the square of the speed. All points share this error of R,
+    ``runout_deviation``; it is part of the deviation of each of them.
 
     Parameters
     ----------
@@ -479,7 +470,8 @@ def subtracted(orders: Orders, slow_roll: Any) -> Orders:
     Raises
     ------
     QuestionError
-        If the interval holds fewer than four points, or the other orders lack a channel or an order.
+        If the interval holds fewer than four points or is not where the rotor is slow, the record has hardly any faster
+        speed, or the other orders lack a channel or an order.
     """
     if isinstance(slow_roll, xr.Dataset):
         slow, where = _matching(orders, slow_roll), "of its own measurement"
@@ -491,15 +483,51 @@ def subtracted(orders: Orders, slow_roll: Any) -> Orders:
     if slow.sizes["time"] < LEAST:
         span = f"{orders['time'].values[0]:.4g} s to {orders['time'].values[-1]:.4g} s"
         raise QuestionError(f"slow_roll: {slow.sizes['time']} points {where}; the orders have {span}")
-    speed = slow["speed"].values
-    values = (slow["amplitude"].values * np.exp(1j * slow["phase"].values)).reshape(-1, speed.size).T
-    noise = slow["amplitude_deviation"].values.reshape(-1, speed.size).T
-    grows = sum(speed.max() > ratio * speed.min() for ratio in SPREADS)
-    runout, spread = _at_speed_zero(speed, values, noise, 1 + grows, independent(slow).sizes["time"])
-    if speed.max() > STEADY * speed.min() and speed.size > LEAST:
+    _refuse_fast(orders, slow, where)
+    speed, values, noise = _points(slow)
+    count, low, high = independent(slow).sizes["time"], speed.min(), speed.max()
+    if high <= SPREADS[0] * low:  # what grows with the speed is told by the next speeds
+        faster = orders.isel(time=orders["speed"].values > high)
+        near = faster.isel(time=faster["speed"].values <= SPREADS[1] * low)
+        if near.sizes["time"]:
+            pairs = zip((speed, values, noise), _points(near), strict=True)
+            speed, values, noise = (np.concatenate(pair) for pair in pairs)
+            count += independent(near).sizes["time"]
+            where += f", with the growth of the vibration up to {speed.max() * 30.0 / np.pi:.4g} rpm"
+    grows = sum(speed.max() > ratio * low for ratio in SPREADS)
+    runout, spread = _at_speed_zero(speed, values, noise, 1 + grows, count)
+    if speed.max() > STEADY * low and speed.size > LEAST:
         spread = np.hypot(spread, np.abs(_at_speed_zero(speed, values, noise, 2 + grows, speed.size)[0] - runout))
+    if not grows:
+        fast, seen, _ = _points(faster.isel(time=faster["speed"].values > SPREADS[0] * low))
+        k = np.argmin(fast)
+        spread = np.hypot(spread, np.abs(seen[k] - runout) / ((fast[k] / speed.mean()) ** 2 - 1.0))
     shape = slow["amplitude"].shape[:2]
     return _without(orders, runout.reshape(shape), spread.reshape(shape), where)
+
+
+def _refuse_fast(orders: Orders, slow: xr.Dataset, where: str) -> None:
+    """Where vibration would be taken for run-out: beside the slowest speed that lasts, or if no speed is faster."""
+    speeds, here = orders["speed"].values, slow["speed"].values
+    lasting = np.sort(independent(orders)["speed"].values)[:LEAST].max()
+    text = f"slow_roll: {where} the rotor turns at {here.mean() * 30.0 / np.pi:.4g} rpm"
+    if here.min() > SLOW * lasting:
+        raise QuestionError(
+            f"{text}, but at {speeds.min() * 30.0 / np.pi:.4g} rpm about {float(orders['time'][speeds.argmin()]):.3g} s: "
+            "vibration would be subtracted as run-out; give the interval in which it turns slowest"
+        )
+    if max(speeds.max(), here.max()) <= SPREADS[0] * here.min():
+        raise QuestionError(
+            f"{text}, and the record goes to {speeds.max() * 30.0 / np.pi:.4g} rpm: vibration cannot be told from run-out; "
+            "give a record with slow roll and faster speeds, or orders that were measured more slowly"
+        )
+
+
+def _points(orders: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Speeds, and at each the complex amplitudes of all orders and channels and their deviations (point, column)."""
+    values = orders["amplitude"].values * np.exp(1j * orders["phase"].values)
+    speed, noise = orders["speed"].values, orders["amplitude_deviation"].values
+    return speed, values.reshape(-1, speed.size).T, noise.reshape(-1, speed.size).T
 
 
 def _at_speed_zero(
@@ -729,10 +757,7 @@ def bias_of(amplitude: NDArray[np.complex128], share: float, poles: int = POLES)
     With the share G that passes, 1 - G of the true amplitude is missing, and of the tracked one it is (1 - G) + (1 - G)² up to
     the third power. Of a beat the greatest within the inverse bandwidth counts.
     """
-    step, size = (
-        max(1, round(0.1 / share)),
-        amplitude.shape[-1],
-    )  # neighboring samples have a ripple at twice the rotation
+    step, size = max(1, round(0.1 / share)), amplitude.shape[-1]  # neighbors have a ripple at twice the rotation
     thin = np.arange(0, size, step)
     if thin.size <= 2 * poles:
         return np.zeros(amplitude.shape)

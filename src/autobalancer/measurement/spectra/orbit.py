@@ -315,11 +315,9 @@ def damping(
     for name in ("signal", "fitted", "amplitude", "amplitude_uncertainty"):
         rate[name].attrs |= unit
     origin = signals.attrs.get("origin", "")
-    return Labeled.of(
-        rate.assign_attrs(
-            title=f"decay of {names[0]}" + f" of {origin}" * bool(origin), channel=names[0], warnings="\n".join(doubts)
-        )
-    )
+    of = f" of {origin}" * bool(origin)
+    title = f"decay of {names[0]}{of}; amplitude and phase at {time[kept][0]:.5g} s"  # where the fit begins
+    return Labeled.of(rate.assign_attrs(title=title, channel=names[0], warnings="\n".join(doubts)))
 
 
 def _doubts(dataset: xr.Dataset) -> list[str]:

@@ -321,7 +321,7 @@ def _text(value: float, unit: str) -> str:
 
 def _range(entry: xr.DataArray) -> Iterator[str]:
     """The one value, or the least and greatest one; of texts nothing but one that stands alone."""
-    over = f" over {', '.join(f'{dim} ({size})' for dim, size in entry.sizes.items())}" if entry.dims else ""
+    over = f", {entry.size} values over {' and '.join(map(str, entry.dims))}" if entry.dims else ""
     if entry.dtype.kind not in "biuf":
         if not over:
             yield str(entry.values)
