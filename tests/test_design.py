@@ -368,6 +368,12 @@ def test_a_report_of_the_chosen_machine_has_the_design_and_refuses_a_machine_tha
         [1e3 * peak for peak in peaks], rel=0.01
     )
     assert rows["peak deflection"][4] == "594 g mm"
+    # neither end is said to be the worst of the range
+    assert ends.blocks[0].head[4:] == ("worse end", "kept at both ends")
+    (limit,) = (one for one in ends.decisive if "peak deflection" in one.question)
+    assert limit.question == "limit at both ends: peak deflection 1.5 mm"
+    assert limit.condition == "1 random start of the machine file at each end; an unbalance between may be worse"
+    assert "an unbalance between may be worse" in ends.blocks[1].text
     assert ends_page(found, machine, "chosen.toml", None, 3) == []
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.integrate import solve_ivp
 from typer.testing import CliRunner
 
 import autobalancer as ab
@@ -21,9 +22,10 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.examples import rig
 from autobalancer.machine import Machine
 from autobalancer.reporting.report_pages import quality_page
+from autobalancer.results import verdict as rule
 from autobalancer.results.display_units import moment_text, significant
 from autobalancer.results.run_arrays import stall_of
-from autobalancer.results.verdict import Verdict, headline, rpm_text, verdict_lines, verdict_word
+from autobalancer.results.verdict import Settling, Verdict, headline, rpm_text, verdict_lines, verdict_word
 from autobalancer.stability.summary import Summary, service_of, service_rows, summary_rows
 from autobalancer.tables import rpm_and_si
 
@@ -255,6 +257,50 @@ def test_a_run_whose_balls_creep_names_the_duration_that_shows_them_settled(
     assert np.isnan(swept["settling_time"]).all()
 
 
+SETTLED_LATE = Verdict("not settled yet", "balls drift", settling=Settling(0, np.nan, "", np.nan, (1, 2)))
+
+
+@pytest.fixture(scope="module")
+def swinging() -> xr.Dataset:
+    """Two balls with p' = g Re(exp(-i p) R): to them balance is a center, about which they swing for ever."""
+    moment, gain = np.array([0.8, 0.8]), 20.0
+
+    def turning(_: float, balls: np.ndarray) -> np.ndarray:
+        return gain * (np.exp(-1j * balls) * (1.0 + np.exp(1j * balls) @ moment)).real
+
+    time, balanced = np.linspace(0.0, 1.0, 401), np.arccos(-0.5 / 0.8)
+    angle = solve_ivp(turning, (0.0, 1.0), [balanced + 0.3, -balanced], t_eval=time, rtol=1e-10, atol=1e-12).y.T
+    variables = {
+        "speed": ("time", np.full(401, 100.0)),
+        "ball_angle_in_rotor": (("time", "ball"), angle),
+        "ball_speed_in_rotor": (("time", "ball"), np.gradient(angle, time, axis=0)),
+        "ball_moment": ("ball", moment),
+        **{f"plane_{of}": (("time", "plane"), np.ones((401, 1))) for of in ("unbalance", "balls")},
+        **{f"plane_{of}_angle_in_rotor": (("time", "plane"), np.zeros((401, 1))) for of in ("unbalance", "balls")},
+    }
+    return xr.Dataset(variables, {"time": time, "ball": [1, 2]}, {"end_time": 1.0})
+
+
+@pytest.mark.parametrize(("evaluations", "ahead"), [(500, 1000.0), (5000, 1000.0), (5000, 3.0)])
+def test_balls_that_never_settle_are_followed_for_so_many_evaluations_and_no_longer(
+    swinging: xr.Dataset, monkeypatch: pytest.MonkeyPatch, evaluations: int, ahead: float
+) -> None:
+    monkeypatch.setattr(rule, "EVALUATIONS", evaluations)
+    monkeypatch.setattr(rule, "AHEAD", ahead)
+    found = rule.forecast_of(swinging, 0.0)
+    assert found is not None
+    assert np.isnan([found.share, found.duration]).all()  # no share and no time of balls that do not come to rest
+    # a period of 2 pi/(g sin p) = 0.4 s takes some 80 evaluations; AHEAD ends the cheaper ones
+    if ahead * 1.0 < evaluations / 200.0:
+        assert found.followed == pytest.approx(1.0 + ahead)
+    else:
+        assert found.followed - 1.0 == pytest.approx(evaluations / 200.0, rel=0.3)
+    said = replace(SETTLED_LATE, forecast=found)
+    text = f"how long they take to settle is not known, more than {significant(found.followed, 2)} s (extrapolated)"
+    assert text in headline(said)
+    assert text in str(replace(said, word="balanced"))
+
+
 def test_a_shaken_machine_is_compared_with_its_run_with_held_balls() -> None:
     machine = at_speed("discoidal.toml", 150.0)
     shake = {"kind": "base_motion", "acceleration": "0.2 m/s^2", "frequency": "9 Hz"}
@@ -330,6 +376,11 @@ def test_check_says_before_a_run_what_the_run_compares_with(name: str) -> None:
             {"balancers[1].races[1].eccentricity": "200 um"},
             "no, not at 1200 rpm: the balanced state is stable 614 rpm to 983 rpm only; run there, or more drag",
         ),
+        (  # what run-ups leave is another question, with its own command
+            "discoidal",
+            {"balancers[1].races[1].friction": {"rolling_resistance": 1e-4}},
+            "95 % of the starts of balls released at rest in the rotor at that speed, not of run-ups (autobalancer ensemble",
+        ),
         (
             "eccentric_race",
             {},
@@ -358,6 +409,7 @@ def test_check_answers_first_whether_the_balls_balance_the_machine(
     label, text = summary_rows(found, rpm_text)[0]
     assert label == "balances"
     assert said in text
+    assert found.as_dict()["balances"] == found.rows()[0][1]
 
 
 def test_check_and_verdict_name_the_same_unbalances_alike() -> None:

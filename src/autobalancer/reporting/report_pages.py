@@ -509,9 +509,6 @@ def map_page(machine: Machine, summary: Summary) -> Section:
 
 
 def _value(machine: Machine, name: str) -> float:
-    from autobalancer.assembly.quantities import value_of
-    from autobalancer.errors import QuestionError
-
     value = value_of(machine, name)
     if not value > 0.0:
         raise QuestionError(f"the machine has no single value of {name}")
@@ -550,7 +547,7 @@ def run_page(run: xr.Dataset, held: xr.Dataset, judged: Verdict, command: str, m
 
 @report_page(after=run_page, needs="designed")
 def ends_page(designed: Designed, machine: Machine, file: str, half: int | None, seed: int) -> list[Section]:
-    """Run-ups at each end of the range of unbalances of a design: which one is worse differs from limit to limit."""
+    """Run-ups at each end of the range of unbalances of a design: which one is worse, where a value between may be, too."""
     low, high = (float(end) for end in designed.attrs["unbalance_range"])
     if not low < high:
         return []
@@ -560,6 +557,7 @@ def ends_page(designed: Designed, machine: Machine, file: str, half: int | None,
     command = f'autobalancer ensemble {file} --column "unbalance={low!r},{high!r} kg*m" --seeds {starts}'
     page, rows = Section("Both ends of the range of unbalances", replay=f"{command} --seed {seed}"), []
     runs = f"{starts} random start{'s' * (starts > 1)}"
+    alone = f"{runs} of the machine file at each end; an unbalance between may be worse"
     for name in dict.fromkeys((*limits, *designed.attrs["objectives"])):
         if name != STALL and name not in MEASURED:
             continue
@@ -576,15 +574,17 @@ def ends_page(designed: Designed, machine: Machine, file: str, half: int | None,
         if limit is not None:
             kept, asked = yes_or_no(max(values) <= limit), f"{significant(factor * limit)} {sign}"
             text = f"{found[0]} with {moment_text(low)}, {found[1]} with {moment_text(high)}"
-            page.decisive.append(Decisive(f"limit at the worse end: {_words(name)} {asked}", text, kept, runs))
+            page.decisive.append(Decisive(f"limit at both ends: {_words(name)} {asked}", text, kept, alone))
         rows.append((_words(name), "-" if limit is None else asked, *found, worse, kept))
-    head = ("", "limit", f"with {moment_text(low)}", f"with {moment_text(high)}", "worse with", "kept by the worse end")
+    head = ("", "limit", f"with {moment_text(low)}", f"with {moment_text(high)}", "worse end", "kept at both ends")
     page.blocks.append(Rows(head, tuple(rows), (False, True, True, True, True, False)))
     page.blocks.append(
         Paragraph(
             f"Each number is that which {100.0 * share:g} % of {runs} at this unbalance stay below, of a stall the share of "
-            "them; in the table of the designs unbalances of all sizes are together. All other runs of this report have the "
-            f"unbalance of the machine file, {moment_text(value_of(machine, 'unbalance'))}."
+            "them. Neither end need be the worst: an unbalance between may be worse, and in the table of the designs unbalances "
+            "of all sizes are together, with all else that a design scatters (temperature, [scatter]), but not these runs. "
+            "All other runs of this report have the unbalance of the machine file, "
+            f"{moment_text(value_of(machine, 'unbalance'))}."
         )
     )
     return [page]

@@ -68,6 +68,7 @@ Floats = NDArray[np.float64]
 BLOCKS = 40  # of the time after the run-up, to which the way of the balls is fitted
 MISFIT = 0.2  # of these ways, relative, from which on nothing is extrapolated
 AHEAD = 1000.0  # times the run, for which the balls are followed
+EVALUATIONS = 20_000  # of their speeds, after which they are followed no more: about a second
 NEAR = 0.8  # of the tolerance, within which a ball is sure to count as settled
 SAME_SHARE = 0.05  # of the unbalance, within which the residual is that of settled balls
 
@@ -100,12 +101,13 @@ class Forecast:
     """Where balls go that still move: their ``speed`` at the end (rad/s), and extrapolated ``share`` and ``duration``.
 
     ``share`` is residual over unbalance once they have settled, ``duration`` (s) that of a run that shows it; both nan where
-    nothing can be extrapolated.
+    nothing can be extrapolated. ``followed`` (s) is that of a run at whose end they still have not settled, else nan.
     """
 
     speed: float
     share: float = np.nan
     duration: float = np.nan
+    followed: float = np.nan
 
 
 @dataclass(frozen=True)
@@ -174,13 +176,13 @@ def forecast_of(run: xr.Dataset, since: float) -> Forecast | None:
     return Forecast(speed, *_followed(balls.time[inside], balls.angle[inside], unbalance[inside], moment))
 
 
-def _followed(time: Floats, angle: Floats, unbalance: Complexes, moment: Floats) -> tuple[float, float]:
-    """Share of the residual that settled balls leave, and duration (s) of a run that shows it; nan where it is not known."""
-    from scipy.integrate import cumulative_trapezoid, solve_ivp
+def _followed(time: Floats, angle: Floats, unbalance: Complexes, moment: Floats) -> tuple[float, ...]:
+    """The last three numbers of a :class:`Forecast`, or none of them where nothing can be extrapolated."""
+    from scipy.integrate import LSODA, cumulative_trapezoid
 
     size, plane = float(np.abs(unbalance[-1]).sum()), moment.argmax(axis=0)
     if not size > 0.0:
-        return np.nan, np.nan
+        return ()
     unbalance, moment = unbalance / size, moment / size
 
     def left(balls: Floats, of: Complexes) -> Complexes:
@@ -202,20 +204,28 @@ def _followed(time: Floats, angle: Floats, unbalance: Complexes, moment: Floats)
             gains[p] = gain[: len(moment)] + 1j * gain[len(moment) :]
             missed, total = missed + float(((matrix @ gain - way) ** 2).sum()), total + float((way**2).sum())
     if not missed < MISFIT**2 * total:
-        return np.nan, np.nan
+        return ()
     now = unbalance[-1]
 
     def turning(_: float, balls: Floats) -> Floats:
         return np.asarray((np.exp(-1j * balls) * (gains @ left(balls, now))[plane]).imag, np.float64)
 
-    ahead = solve_ivp(turning, (0.0, AHEAD * time[-1]), angle[-1], method="LSODA", rtol=1e-7, atol=1e-9)
-    if not ahead.success or np.abs(ahead.y[:, -1] - angle[-1]).max() > 2.0 * np.pi:
-        return np.nan, np.nan
-    shares = np.abs(left(ahead.y.T, now)).sum(axis=1)
-    apart = np.abs(ahead.y - ahead.y[:, -1:]).max(axis=0) > NEAR * SETTLED
+    solver = LSODA(turning, 0.0, angle[-1], AHEAD * time[-1], rtol=1e-7, atol=1e-9)
+    times, course = [time[-1]], [angle[-1]]
+    while solver.status == "running" and solver.nfev < EVALUATIONS:
+        solver.step()
+        times.append(time[-1] + solver.t)
+        course.append(solver.y)
+    way = np.array(course)
+    if solver.status == "failed" or np.abs(way[-1] - way[0]).max() > 2.0 * np.pi:
+        return ()
+    shares = np.abs(left(way, now)).sum(axis=1)
+    apart = np.abs(way - way[-1]).max(axis=1) > NEAR * SETTLED
     under_way = np.flatnonzero(apart | (np.abs(shares - shares[-1]) > SAME_SHARE))
-    settled = time[-1] + (ahead.t[under_way[-1] + 1] if under_way.size else 0.0)
-    return float(shares[-1]), float(settled / (1.0 - LAST))
+    duration = times[under_way[-1] + 1 if under_way.size else 0] / (1.0 - LAST)
+    if solver.status == "running" or duration > times[-1]:
+        return np.nan, np.nan, float(times[-1])
+    return float(shares[-1]), float(duration)
 
 
 # The verdict on a run: balanced or not, what is left where, and the same machine without balancing beside it.
@@ -342,7 +352,14 @@ class Verdict:
         )
 
     def _repr_html_(self) -> str:
-        return verdict_html(self)
+        head, rows, notes = verdict_lines(self)
+        cells = "".join(
+            f"<tr><th style='text-align:left'>{html.escape(label.strip())}</th>"
+            f"<td style='text-align:left'>{html.escape(text)}</td></tr>"
+            for label, text in rows
+        )
+        told = "".join(f"<p>note: {html.escape(note)}</p>" for note in notes)
+        return f"<p><b>{html.escape(head)}</b></p><table>{cells}</table>{told}"
 
 
 @of_a_run()
@@ -430,17 +447,16 @@ def _course(run: xr.Dataset) -> Course:
             angle = f"{prefix}ball_angle_in_rotor"
             angles = run[angle].values if angle in run else np.zeros((time.size, 0))
             break
-    none = np.zeros(0)
-    middle, low, high = (
-        run[f"envelope_{name}"].values if "envelope_high" in run else none for name in ("time", "low", "high")
-    )
+    kept = "envelope_high" in run
+    middle, low, high = (run[f"envelope_{name}"].values if kept else np.zeros(0) for name in ("time", "low", "high"))
     centered, end = load_of(run.attrs) == NONE, float(run.attrs["end_time"])
     try:
         recorded = recorded_of(run)
         since, creeps = recorded.since, recorded.creeps
     except QuestionError:  # it kept its last revolutions alone
         since, creeps = 0.0, False
-    return Course(end, centered, time, speed, goes_round(time, angles, end), middle, low, high, since, creeps)
+    uneven = bool(compiled().goes_round(plain(time), plain(angles), end))
+    return Course(end, centered, time, speed, uneven, middle, low, high, since, creeps)
 
 
 def _places(run: xr.Dataset, held: xr.Dataset | None) -> tuple[PlaceVerdict, ...]:
@@ -452,21 +468,16 @@ def _places(run: xr.Dataset, held: xr.Dataset | None) -> tuple[PlaceVerdict, ...
     without = _without(run, held, "vibration_without_balls", vibration, greatest.size)
     sag = run["rotor_sag"].values if "rotor_sag" in run else np.zeros(greatest.size)
     columns = (moved["static"].values, greatest, moved["velocity_rms"].values, without, sag)
-    return tuple(
-        PlaceVerdict(str(name), *map(float, row)) for name, *row in zip(run["place"].values, *columns, strict=True)
-    )
+    return _named(PlaceVerdict, run["place"].values, *columns)
 
 
 def _supports(run: xr.Dataset, held: xr.Dataset | None) -> tuple[SupportVerdict, ...]:
     force = support_forces(run)
     without = _without(run, held, "force_without_balls", support_forces, run.sizes["support"])
-    columns = (force["static"].values, force["greatest"].values, without)
-    return tuple(
-        SupportVerdict(str(name), *map(float, row)) for name, *row in zip(run["support"].values, *columns, strict=True)
-    )
+    return _named(SupportVerdict, run["support"].values, force["static"].values, force["greatest"].values, without)
 
 
-def _without(run: xr.Dataset, held: xr.Dataset | None, name: str, measure: Any, count: int) -> NDArray[np.float64]:
+def _without(run: xr.Dataset, held: xr.Dataset | None, name: str, measure: Any, count: int) -> Floats:
     if name in run:
         return np.asarray(run[name].values, np.float64)
     if held is not None and held.sizes.get("turn", 0) > 1:
@@ -478,8 +489,11 @@ def _planes(run: xr.Dataset) -> tuple[PlaneVerdict, ...]:
     if "plane" not in run.coords:
         return ()
     unbalance = residual_unbalance(run)
-    rows = zip(run["plane"].values, unbalance["unbalance"].values, unbalance["residual"].values, strict=True)
-    return tuple(PlaneVerdict(str(name), float(unbalance), float(left)) for name, unbalance, left in rows)
+    return _named(PlaneVerdict, run["plane"].values, unbalance["unbalance"].values, unbalance["residual"].values)
+
+
+def _named(kind: type[Any], names: NDArray[Any], *columns: Floats) -> tuple[Any, ...]:
+    return tuple(kind(str(name), *map(float, row)) for name, *row in zip(names, *columns, strict=True))
 
 
 def _rotor(last: xr.Dataset, planes: tuple[PlaneVerdict, ...]) -> tuple[float, float]:
@@ -575,11 +589,6 @@ def speed_changes(time: Floats, speed: Floats, end: float) -> bool:
     return bool(compiled().speed_changes(plain(time), plain(speed), end))
 
 
-def goes_round(time: Floats, angle: Floats, end: float) -> bool:
-    """Whether a ball makes a turn in the rotor in the last twentieth of a run; ``angle`` is (T, n) in the rotor, rad."""
-    return bool(compiled().goes_round(plain(time), plain(angle), end))
-
-
 # A verdict as lines that people read.
 
 
@@ -590,6 +599,7 @@ LISTED = 8  # balls that are named
 ORDINALS = ("first", "second", "third", "fourth")
 RAISED = 0.02  # share of a critical speed by which gyroscopic moments raise a whirl that is named
 GREATER = MEASURES_LIMITS[-1]  # times the greatest deflection without balls, from which on the headline says so
+NOT_SEEN = "; how long they take to settle is not known, more than {} s (extrapolated)"
 LEAST_SHARE = 1e-3  # of an unbalance, below which an extrapolated residual is not said in figures
 
 
@@ -672,18 +682,6 @@ def headline(verdict: Verdict, speed_text: Callable[[float], str] = rpm_text) ->
     return worded(f"{verdict.word}{stalled}: {still or verdict.because}{_transient(verdict)}", verdict.bodies)
 
 
-def verdict_html(verdict: Verdict) -> str:
-    """The verdict as a table for a notebook."""
-    head, rows, notes = verdict_lines(verdict)
-    cells = "".join(
-        f"<tr><th style='text-align:left'>{html.escape(label.strip())}</th>"
-        f"<td style='text-align:left'>{html.escape(text)}</td></tr>"
-        for label, text in rows
-    )
-    told = "".join(f"<p>note: {html.escape(note)}</p>" for note in notes)
-    return f"<p><b>{html.escape(head)}</b></p><table>{cells}</table>{told}"
-
-
 def _text_without(value: float, text: Callable[[float], str]) -> str:
     return "" if math.isnan(value) else f"; without balls {text(value)}"
 
@@ -757,7 +755,8 @@ def _remaining_change(verdict: Verdict) -> str:
     if verdict.settling is not None and verdict.settling.moving:
         said = f"balls still move {significant(math.degrees(ahead.speed), 2)} deg/s"
     if math.isnan(ahead.duration):
-        return f"{said}; run longer (run.duration)"
+        unseen = NOT_SEEN.format(significant(ahead.followed, 2))
+        return said + (unseen if ahead.followed > 0.0 else "; run longer (run.duration)")
     later = "below 0.1 %" if ahead.share < LEAST_SHARE else f"about {share_text(ahead.share)}"
     return (
         f"{said}; residual {share_text(verdict.residual_share)} now, {later} when they have settled (extrapolated); run "
@@ -783,7 +782,9 @@ def _parts(parts: tuple[RunPart, ...], speed_text: Callable[[float], str]) -> Li
 def _settling(settling: Settling, ahead: Forecast | None = None) -> str:
     moving = settling.moving
     later = ""
-    if ahead is not None and not math.isnan(ahead.duration):
+    if ahead is not None and ahead.followed > 0.0:
+        later = NOT_SEEN.format(significant(ahead.followed, 2))
+    elif ahead is not None and not math.isnan(ahead.duration):
         later = f"; a run of about {significant(ahead.duration, 2)} s shows them settled (extrapolated)"
     if not settling.ball:
         return f"none; {'it still moves' if len(moving) == 1 else 'all still move'} at the end{later}"

@@ -16,7 +16,7 @@ from autobalancer.assembly.drive_train import greatest_rise, highest_prescribed
 from autobalancer.assembly.terms import Theory, ignores, weightless
 from autobalancer.catalog.product_tables import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball, resolve
-from autobalancer.errors import QuestionError
+from autobalancer.errors import ENSEMBLE, QuestionError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.laws.stall import held_whirl, largest_held_residual, rest_ends
 from autobalancer.machine import Machine, Unbalance
@@ -323,6 +323,7 @@ def stopped(races: Races, starts: Floats) -> tuple[Complexes, NDArray[np.bool_]]
 
 
 RELEASED = "released at rest at this speed at random places (not a run-up)"
+OF_RELEASED = f"in 95 % of the starts of balls released at rest in the rotor at that speed, not of run-ups ({ENSEMBLE})"
 
 
 @dataclass(frozen=True)

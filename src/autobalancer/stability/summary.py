@@ -46,7 +46,7 @@ from autobalancer.results.display_units import force_text, length_text, moment_t
 from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.simulation.input_remarks import input_notes
 from autobalancer.stability.border import Border
-from autobalancer.stability.friction import HeldByFriction, held_by_friction
+from autobalancer.stability.friction import OF_RELEASED, HeldByFriction, held_by_friction
 from autobalancer.stability.host.stations import (
     Stations,
     damping_ratio,
@@ -277,7 +277,8 @@ class Summary(Described):
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers and texts, e.g. for JSON."""
         held = {name: getattr(self, name) for name in ("friction", "friction_settled")}
-        return {**asdict(self), **{name: one.as_dict() if one is not None else None for name, one in held.items()}}
+        parts = {name: one.as_dict() if one is not None else None for name, one in held.items()}
+        return {"balances": answer_of(self, rpm_and_si), **asdict(self), **parts}
 
 
 def summary(
@@ -587,7 +588,7 @@ def answer_of(summary: Summary, said: SpeedText) -> str:
         word = "not known before a run" if moved else "no, not"
         return f"{word} {at}: friction holds the balls {where}; less friction helps"
     left = ", ".join(moment_text(plane.residual_95) for plane in held if plane.held_whirl > 0.0)
-    kept = f"; friction leaves up to {left} in 95 % of the starts" if left else ""
+    kept = f"; friction leaves up to {left} {OF_RELEASED}" if left else ""
     share, surely, reasons = _left_over(summary, [need for _, need in needs] or [summary.unbalance])
     if share > LIMITS[0]:  # the rule of the verdict, for the vibration that is in proportion to what is left
         word = "only in part," if share <= LIMITS[1] else "no, not" if surely else "not surely,"
@@ -606,19 +607,15 @@ def _left_over(summary: Summary, needs: list[float]) -> tuple[float, bool, list[
         for plane in (summary.friction.planes if summary.friction else ())
     ]
     for residuals, what, end in (
-        (off, "the race eccentricity leaves", "center the race better"),
-        (stuck, "friction leaves up to", "in 95 % of the starts; less friction helps"),
+        (off, "the race eccentricity leaves", ", center the race better"),
+        (stuck, "friction leaves up to", f" {OF_RELEASED}; less friction helps"),
     ):
         known = needs if len(needs) == len(residuals) else [summary.unbalance] * len(residuals)
         for residual, need in zip(residuals, known, strict=True):
             if need > 0.0 and residual > LIMITS[0] * need:
-                share, surely = (
-                    max(share, residual / need),
-                    surely or (residuals is off and residual > LIMITS[1] * need),
-                )
-                reasons.append(
-                    f"{what} {moment_text(residual)} of {moment_text(need)}{', ' if 'center' in end else ' '}{end}"
-                )
+                share = max(share, residual / need)
+                surely = surely or (residuals is off and residual > LIMITS[1] * need)
+                reasons.append(f"{what} {moment_text(residual)} of {moment_text(need)}{end}")
     return share, surely, reasons
 
 

@@ -34,7 +34,7 @@ from autobalancer.results.folder_store import Store
 from autobalancer.results.store import load_run, save_run
 from autobalancer.rotordynamics.receptance.receptances import fit_text
 from autobalancer.simulation.fluid_lag import diffusing_lags
-from autobalancer.stability.friction import held_by_friction
+from autobalancer.stability.friction import OF_RELEASED, held_by_friction
 from autobalancer.studies.design.candidate import (
     Candidate,
     Design,
@@ -429,8 +429,8 @@ def neglected_terms(spec: Spec, machine: Machine) -> str:
             machine = with_value_at(machine, f"{race}.friction", rolling)
         held = max((plane.residual_95 for plane in held_by_friction(machine, spec.fastest).planes), default=0.0)
         result.append(
-            f"friction: that of a {TYPICAL} (adherence {typical.adherence:g}) would leave up to {moment_text(held)} in 95 % of "
-            "starts at this speed, that of others more"
+            f"friction: that of a {TYPICAL} (adherence {typical.adherence:g}) would leave up to {moment_text(held)} "
+            f"{OF_RELEASED}, that of others more"
         )
     if not result:
         return ""

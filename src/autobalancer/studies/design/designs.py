@@ -182,8 +182,8 @@ class Designed(Answer):
         ]
         if low < high and "unbalance" not in self.dims:
             texts += [
-                f"the runs have unbalances of all sizes from {moment_text(low)} to {moment_text(high)}: rotors at either end of "
-                "the range may do worse; the report of a machine runs each end alone"
+                f"the runs have unbalances of all sizes from {moment_text(low)} to {moment_text(high)}: rotors of one "
+                "unbalance, at an end or between, may do worse; the report of a machine runs both ends, each alone"
             ]
         texts += [*self._missed(), *self._hardly()]
         texts = [*self.attrs.get("remarks", []), *texts]
@@ -332,13 +332,10 @@ def placed(designs: xr.Dataset, place: int, name: str) -> xr.Dataset:
 def _description(designs: xr.Dataset, dataset: xr.Dataset, machine: Any) -> str:
     fluid = str(dataset["fluid"].values)
     filled = f" It is filled with {fluid}{' (shares by mass)' if '%' in fluid else ''}." if fluid else ""
-    limits = dict(Designed.of(designs).facts())["limits"]
-    low, high = designs.attrs["unbalance_range"]
-    sizes, at = moment_text(low) if low == high else f"{moment_text(low)} to {moment_text(high)}", ""
+    facts, at = dict(Designed.of(designs).facts()), ""
+    sizes = ", ".join(facts[name] for name in ("unbalance", "temperature") if name in facts)
     if "temperature_range" in designs.attrs:
-        cold, warm = (value - 273.15 for value in designs.attrs["temperature_range"])
-        sizes += f", {cold:.4g} to {warm:.4g} °C"
-        at = f" Its numbers here are those at {0.5 * (cold + warm):.4g} °C."
+        at = f" Its numbers here are those at {float(np.mean(designs.attrs['temperature_range'])) - 273.15:.4g} °C."
     missed = ", ".join(name for name in str(dataset["missed"].values).split(", ") if not name.endswith(OPEN))
     keeps = {1: "It keeps them", 0: "Too few runs to say whether it keeps them", -1: f"It misses {missed}"}
     runs, seed = int(designs.attrs["members"]), int(designs.attrs["seed"])
@@ -347,7 +344,7 @@ def _description(designs: xr.Dataset, dataset: xr.Dataset, machine: Any) -> str:
     began = f" The machine that was given: {machine.description}" if machine.description else ""
     return (
         f"Place {int(dataset['place'])} of design {designs.attrs['design_name']!r} for unbalances of {sizes}.{filled}{at} "
-        f"Limits: {limits}. {keeps[int(dataset['meets'])]} in {said}.{designs.attrs.get('assumed', '')}{began}"
+        f"Limits: {facts['limits']}. {keeps[int(dataset['meets'])]} in {said}.{designs.attrs.get('assumed', '')}{began}"
     )
 
 
