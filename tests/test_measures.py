@@ -13,6 +13,7 @@ from tests.references.stalled_pair import run_up
 
 import autobalancer as ab
 import autobalancer.machine as machines
+from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError
 from autobalancer.results.measure_table import (
     MEASURES,
@@ -28,7 +29,13 @@ from autobalancer.results.measure_table import (
 )
 from autobalancer.results.measure_table import swept as swept_of
 from autobalancer.results.run_arrays import Balls, recorded_of, settling
-from autobalancer.results.time_series import residual_unbalance, static_deflection, support_forces, vibration
+from autobalancer.results.time_series import (
+    residual_unbalance,
+    static_deflection,
+    support_forces,
+    vibration,
+    whole_turns,
+)
 from autobalancer.results.verdict import headline
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
@@ -184,6 +191,17 @@ def test_balls_that_gravity_swings_once_a_revolution_have_settled() -> None:
     last = run["ball_speed_in_rotor"].values[-1]
     assert np.abs(last).max() > 1e-3 * 400.0  # faster than a ball that rests, at this moment
     assert np.isfinite(ab.run_measures(run, "settling_time")).all()
+    # the residual is what turns with the rotor: by it the rotor vibrates once a revolution, not by what swings
+    residual = float(ab.run_measures(run, "residual_unbalance")["residual"][0])
+    assert residual < 0.7 * run["residual_unbalance"].values[-200:].mean()
+    last = run.isel(turn=whole_turns(run))
+    synchronous = (
+        (last["turn_place_x"] + 1j * last["turn_place_y"])[:, 0] * np.exp(-1j * last["turn_rotor_angle"])
+    ).mean()
+    rotor = machine.rotor
+    mass = rotor.mass + sum(ball.mass for ball in resolve(machine))
+    dynamic = abs(rotor.stiffness - mass * 400.0**2 + 400.0j * rotor.damping)
+    assert abs(complex(synchronous)) == pytest.approx(residual * 400.0**2 / dynamic, rel=1e-4)
 
 
 def test_a_ball_that_still_moves_has_not_settled() -> None:

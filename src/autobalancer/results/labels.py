@@ -84,9 +84,11 @@ LABELS: dict[str, Label] = {
     "turn_plane_unbalance_angle_in_rotor": Label("angle of this unbalance in the rotor", "rad", "rotor"),
     "turn_plane_balls": Label("resultant of the balls of a plane, last revolutions", "kg m"),
     "turn_plane_balls_angle_in_rotor": Label("angle of this resultant in the rotor", "rad", "rotor"),
-    "turn_plane_residual": Label("what the balls of a plane leave of its unbalance, last revolutions", "kg m"),
+    "turn_plane_residual_x": Label("what the balls of a plane leave of its unbalance, along x of the rotor", "kg m"),
+    "turn_plane_residual_y": Label("the same along y of the rotor, last revolutions", "kg m"),
     "turn_unbalance": Label("unbalance of the rotor without balls, last revolutions", "kg m"),
-    "turn_residual_unbalance": Label("resultant of unbalance and balls, last revolutions", "kg m"),
+    "turn_residual_x": Label("resultant of unbalance and balls along x of the rotor, last revolutions", "kg m"),
+    "turn_residual_y": Label("the same along y of the rotor, last revolutions", "kg m"),
     "rotor_sag": Label(
         "static deflection of the rotor without balls under its weight, from which deflections count", "m"
     ),

@@ -61,6 +61,7 @@ from autobalancer.results.time_series import (
     of_a_run,
     share_of,
     sizes,
+    sizes_of_means,
     values_at,
     vibration,
     wrapped,
@@ -189,15 +190,23 @@ MEASURES = (
     Measure(
         "residual_unbalance",
         *("kg m", "plane", f"residual unbalance of the plane {LATE_TURNS}"),
-        lambda r: means(r.planes[1]),
-        OfAll(f"residual unbalance, of several planes the sum, {LATE_TURNS}", lambda r: mean(r.rotor[1]), "rotor"),
+        lambda r: sizes_of_means(r.planes[1]),
+        OfAll(
+            f"residual unbalance, of several planes the sum, {LATE_TURNS}",
+            lambda r: sum(sizes_of_means(r.rotor[1])),
+            "rotor",
+        ),
         of_rest=True,
     ),
     Measure(
         "residual_share",
         *("1", "plane", f"residual unbalance over unbalance {LATE_TURNS}"),
-        lambda r: share_of(means(r.planes[1]), means(r.planes[0])),
-        OfAll("residual unbalance over unbalance", lambda r: share_of(mean(r.rotor[1]), mean(r.rotor[0])), "rotor"),
+        lambda r: share_of(sizes_of_means(r.planes[1]), means(r.planes[0])),
+        OfAll(
+            "residual unbalance over unbalance",
+            lambda r: share_of(sum(sizes_of_means(r.rotor[1])), mean(r.rotor[0])),
+            "rotor",
+        ),
         of_rest=True,
     ),
     Measure(

@@ -131,8 +131,12 @@ class Recorded:
     )
     forces: tuple[Complexes, Complexes] | None = None  # on the supports x + iy, (T, supports) N, and their static part
     pushes: Complexes | None = None  # forces on the supports in the samples, (T, supports) N
-    planes: tuple[Floats, Floats] | None = None  # unbalance of each plane and what its balls leave of it, (T, P) kg m
-    rotor: tuple[Floats, Floats] | None = None  # unbalance and what is left: of several planes the sums, (T,) kg m
+    planes: tuple[Floats, Complexes] | None = (
+        None  # unbalance of planes, what balls leave of it in the rotor, (T, P) kg m
+    )
+    rotor: tuple[Floats, Complexes] | None = (
+        None  # unbalance, of several planes the sum, (T,), and what is left, (T, P or 1)
+    )
     without_balls: Floats | None = None  # vibration with the balls spread and held, (places,) m
     final_angle: Floats | None = None  # of each ball from the unbalance at the end, (n,) rad
     parts: tuple[Recorded, ...] | None = None  # after each jump of the unbalance
@@ -509,10 +513,10 @@ def _of_turns(run: xr.Dataset) -> dict[str, Any]:
         force = _vectors(last, "turn_support_force_", "x", "y")
         told["forces"] = force, time_series.standing_in(last, force)
     if "plane" in run.coords:
-        told["planes"] = planes = time_series.plane_sizes(last)
-        told["rotor"] = sum(planes[0].T), sum(planes[1].T)
+        unbalance, left = last["turn_plane_unbalance"].values, time_series.residual_vectors(last, whole=False)
+        told["planes"], told["rotor"] = (unbalance, left), (sum(unbalance.T), left)
         if run.sizes["plane"] == 1:
-            told["rotor"] = last["turn_unbalance"].values, last["turn_residual_unbalance"].values
+            told["rotor"] = last["turn_unbalance"].values, time_series.residual_vectors(last, whole=True)
     if "vibration_without_balls" in run:
         told["without_balls"] = run["vibration_without_balls"].values
     return told

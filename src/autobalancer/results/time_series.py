@@ -124,6 +124,12 @@ def means(values: Floats) -> Floats:
     return np.array([mean(column) for column in values.T], np.float64)
 
 
+def sizes_of_means(vectors: Complexes) -> Floats:
+    """Size of the mean of each column of complex numbers: what swings to and fro in the rotor is no unbalance of it."""
+    x, y = means(vectors.real), means(vectors.imag)
+    return np.asarray(np.sqrt(x * x + y * y))
+
+
 def share_of(part: ArrayLike, whole: ArrayLike) -> Floats:
     """``part`` over ``whole``; nan where there is no whole."""
     part, whole = np.asarray(part, np.float64), np.asarray(whole, np.float64)
@@ -381,7 +387,8 @@ def residual_unbalance(run: xr.Dataset, plane: str | None = None) -> xr.Dataset:
     -------
     xarray.Dataset
         ``unbalance``, what the balls of the plane have to balance at this speed so that no plane vibrates; ``balls``,
-        their resultant; ``residual``, the mean size of the sum of both (all kg m); ``share``, residual over unbalance.
+        their resultant; ``residual``, the size of the mean of the sum of both in the rotor (all kg m); ``share``, residual
+        over unbalance.
 
     Raises
     ------
@@ -391,7 +398,7 @@ def residual_unbalance(run: xr.Dataset, plane: str | None = None) -> xr.Dataset:
     if "turn_plane_balls" not in run and "plane" not in run.coords:
         raise QuestionError("the machine has no balancers; there is no plane with a residual unbalance")
     last = run.isel(turn=whole_turns(run))
-    size, left = map(means, plane_sizes(last))
+    size, left = means(last["turn_plane_unbalance"].values), sizes_of_means(residual_vectors(last, whole=False))
     result = _measured(
         run,
         "Residual unbalance",
@@ -438,12 +445,16 @@ def support_forces(run: xr.Dataset, support: str | None = None) -> xr.Dataset:
     return result if support is None else _chosen(result, "support", support)
 
 
-def plane_sizes(last: xr.Dataset) -> tuple[Floats, Floats]:
-    """Unbalance of each plane and what its balls leave of it in the last revolutions of a run, (times, P) kg m."""
-    if "turn_plane_residual" in last:
-        return last["turn_plane_unbalance"].values, last["turn_plane_residual"].values
-    unbalance, balls = plane_vectors(last, "turn_")  # of a file of an earlier version
-    return np.abs(unbalance), np.abs(unbalance + balls)
+def residual_vectors(last: xr.Dataset, whole: bool) -> Complexes:
+    """What balls leave of the unbalance in the last revolutions, in the rotor, (times, P) kg m; of the ``whole``, (times, 1)."""
+    name = "turn_residual" if whole else "turn_plane_residual"
+    vectors = np.asarray(last[f"{name}_x"].values + 1j * last[f"{name}_y"].values, np.complex128)
+    return vectors[:, None] if whole else vectors
+
+
+def rotor_unbalance(last: xr.Dataset) -> tuple[float, float]:
+    """Unbalance of the whole rotor and what is left of it in the last revolutions, kg m."""
+    return mean(last["turn_unbalance"].values), float(sizes_of_means(residual_vectors(last, whole=True))[0])
 
 
 def plane_vectors(run: xr.Dataset, prefix: str = "") -> tuple[Complexes, Complexes]:

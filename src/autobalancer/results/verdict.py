@@ -44,11 +44,11 @@ from autobalancer.results.time_series import (
     Complexes,
     compiled,
     load_of,
-    mean,
     of_a_run,
     plain,
     plane_vectors,
     residual_unbalance,
+    rotor_unbalance,
     support_forces,
     vibration,
     whole_turns,
@@ -500,9 +500,7 @@ def _rotor(last: xr.Dataset, planes: tuple[PlaneVerdict, ...]) -> tuple[float, f
     """Unbalance and residual of the whole rotor: of several planes the sums, else the resultants."""
     if len(planes) > 1:
         return sum(plane.unbalance for plane in planes), sum(plane.residual for plane in planes)
-    if "turn_unbalance" not in last:
-        return np.nan, np.nan
-    return mean(last["turn_unbalance"].values), mean(last["turn_residual_unbalance"].values)
+    return rotor_unbalance(last) if "turn_unbalance" in last else (np.nan, np.nan)
 
 
 def _shares(last: xr.Dataset) -> tuple[float, float, float, float]:
@@ -513,7 +511,7 @@ def _shares(last: xr.Dataset) -> tuple[float, float, float, float]:
     half = 0.5 * float(np.diff(last["plane_position"].values)[0])
     (first, second), (one, two) = (unbalance + balls).T, unbalance.T
     parts = (first + second, half * (second - first), one + two, half * (two - one))
-    left, couple, static, moment = (float(np.abs(part).mean()) for part in parts)
+    left, couple, static, moment = (float(abs(part.mean())) for part in parts)
     return left, couple, static, moment
 
 

@@ -250,11 +250,13 @@ def over_turns(seen: Observables, places: Places) -> dict[str, Any]:
     }
     if places.planes:
         values |= _unbalances("turn_", "turn", seen)
-        left = sizes(seen.wanted + seen.held)
+        left, whole = seen.held + seen.wanted, seen.left[:, 0]
         values |= {
-            "turn_plane_residual": (("turn", "plane"), left),
+            "turn_plane_residual_x": (("turn", "plane"), left.real),
+            "turn_plane_residual_y": (("turn", "plane"), left.imag),
             "turn_unbalance": ("turn", sizes(seen.unbalance[:, 0])),
-            "turn_residual_unbalance": ("turn", sizes(seen.left[:, 0])),
+            "turn_residual_x": ("turn", whole.real),
+            "turn_residual_y": ("turn", whole.imag),
         }
     return values
 

@@ -673,6 +673,16 @@ def place_measures(z: Any, v: Any, count: int, mean: Any, found: Matrix) -> None
 
 
 @njit(float64(columns_type, int64, int64), **EXACT_PART)
+def size_of_mean(z: Any, k: int, count: int) -> float:
+    """Size of the mean of column k: what swings to and fro in the rotor is no unbalance of it."""
+    x, y = 0.0, 0.0
+    for t in range(count):
+        x, y = x + z[t, k].real, y + z[t, k].imag
+    x, y = x / count, y / count
+    return math.sqrt(x * x + y * y)
+
+
+@njit(float64(columns_type, int64, int64), **EXACT_PART)
 def mean_size(z: Any, k: int, count: int) -> float:
     """Mean size of column k."""
     total = 0.0

@@ -165,16 +165,19 @@ def _turns(p: System, r: Record, m: Memory, g: MeasureInputs, d: Workspace, row:
     if n == 0:
         return
     # unbalance with and without the balls; of several planes the sum of their sizes
-    wanted, left = series.mean_size(seen.unbalance, 0, count), series.mean_size(seen.left, 0, count)
+    wanted, left = series.mean_size(seen.unbalance, 0, count), series.size_of_mean(seen.left, 0, count)
     if several == 1:
+        left = 0.0
         for t in range(count):
-            total, rest = 0.0, 0.0
+            total = 0.0
             for k in range(g.capability.size):
-                one, two = seen.wanted[t, k], seen.wanted[t, k] + seen.held[t, k]
+                one = seen.wanted[t, k]
                 total += math.sqrt(one.real**2 + one.imag**2)
-                rest += math.sqrt(two.real**2 + two.imag**2)
-            seen.unbalance[t, 0], seen.left[t, 0] = total, rest
-        wanted, left = series.mean_size(seen.unbalance, 0, count), series.mean_size(seen.left, 0, count)
+                seen.held[t, k] += one
+            seen.unbalance[t, 0] = total
+        for k in range(g.capability.size):
+            left += series.size_of_mean(seen.held, k, count)
+        wanted = series.mean_size(seen.unbalance, 0, count)
     row[COLUMN.residual_unbalance] = left
     row[COLUMN.residual_share] = left / wanted if wanted > 0.0 else math.nan
     if g.scalars[HELD] == columns.LINEAR and abs(m.state[SPEED]) < columns.FASTEST:
