@@ -9,7 +9,7 @@ import xarray as xr
 from scipy.signal import find_peaks
 
 import autobalancer as ab
-from autobalancer.measurement.orders.tracking import fitted_orders
+from autobalancer.measurement.tracking import fitted_orders
 from autobalancer.random_numbers import generator
 
 RIG = """name = "discoidal rig without balls"

@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli import app
 from autobalancer.errors import QuestionError
-from autobalancer.plots.film.animation import Scene, _frame_times
-from autobalancer.plots.film.frames import size_words
+from autobalancer.plots.animation import Scene, _frame_times
+from autobalancer.plots.film_frames import size_words
 from autobalancer.plots.style import labels_of, look
 from autobalancer.results.display_units import SPEED_UNITS
 from autobalancer.results.drawn import Motion, races_of

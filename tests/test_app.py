@@ -26,7 +26,9 @@ import xarray as xr
 
 import autobalancer as ab
 import autobalancer.stability.summary as summary_module
+from autobalancer.app.form_fields import fields_of, in_unit, number_and_unit, written
 from autobalancer.app.pages.elements import Typed
+from autobalancer.app.problems import EMPTY, drawable, for_page, read, with_entry, with_value, without
 from autobalancer.app.serve import LARGEST, Guard, Rules, refuse_taken, rules_for, writable
 from autobalancer.app.store.jobs import CLEARED, QUEUED, Job, Jobs
 from autobalancer.app.store.kept_runs import (
@@ -40,8 +42,6 @@ from autobalancer.app.store.kept_runs import (
     user_folder,
 )
 from autobalancer.app.store.pictures import svg_of
-from autobalancer.app.text.form_fields import fields_of, in_unit, number_and_unit, written
-from autobalancer.app.text.problems import EMPTY, drawable, for_page, read, with_entry, with_value, without
 from autobalancer.app.view.packed import packed
 from autobalancer.app.view.widget import module_text
 from autobalancer.errors import ON_THE_PAGE, QuestionError, ResultError
@@ -574,7 +574,7 @@ def test_an_emptied_number_leaves_no_unit_behind() -> None:
 LOADS = """
 import sys
 from pathlib import Path
-import autobalancer.app.pages.bench
+import autobalancer.app.bench
 from autobalancer.app.serve import load_packages
 from autobalancer.app.serve import limit_memory
 load_packages()

@@ -11,11 +11,11 @@ import pytest
 from tests.test_app import unpacked
 
 import autobalancer as ab
+from autobalancer.app.form_fields import numbers_of, with_numbers
 from autobalancer.app.store.fits import Free, Question, fit, fit_file, fits
 from autobalancer.app.store.jobs import Job
 from autobalancer.app.store.measured_files import TIME, Measurements, plain_name, samples
 from autobalancer.app.store.signal_pictures import BINS, WHOLE, PictureOptions, drive_of, order_table, wave_block
-from autobalancer.app.text.form_fields import numbers_of, with_numbers
 from autobalancer.errors import AutobalancerError, QuestionError
 
 MASS, STIFFNESS, DAMPING, MOMENT = 10.0, 1e5, 100.0, 4e-4  # of the rotor that was measured, SI

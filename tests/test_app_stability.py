@@ -13,6 +13,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import autobalancer as ab
+from autobalancer.app.form_fields import alike, machine_with, text_with
 from autobalancer.app.store import pictures as map_point
 from autobalancer.app.store.analyses import (
     ANALYSES,
@@ -25,7 +26,6 @@ from autobalancer.app.store.analyses import (
 )
 from autobalancer.app.store.jobs import Job
 from autobalancer.app.store.pictures import MapPicture, exact_statement, map_picture, statement_from_map
-from autobalancer.app.text.form_fields import alike, machine_with, text_with
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.examples import example_text
 from autobalancer.files.machine_file import parse_race_machine

@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 
 import autobalancer as ab
+from autobalancer.app.form_fields import offered as numbers
+from autobalancer.app.form_fields import varied_rows, with_entry, with_kind, with_row
+from autobalancer.app.problems import MOST, about, read_design_text, read_study_text
 from autobalancer.app.store.jobs import Job
 from autobalancer.app.store.studies import (
     DESIGN,
@@ -32,9 +35,6 @@ from autobalancer.app.store.studies import (
     sample_text,
     study_figure,
 )
-from autobalancer.app.text.form_fields import offered as numbers
-from autobalancer.app.text.form_fields import varied_rows, with_entry, with_kind, with_row
-from autobalancer.app.text.problems import MOST, about, read_design_text, read_study_text
 from autobalancer.errors import QuestionError
 from autobalancer.files.examples import example_text
 from autobalancer.files.samples import sample_names

@@ -11,7 +11,7 @@ from autobalancer.errors import QuestionError, ResultError
 from autobalancer.machine import Unbalance
 from autobalancer.measure import split_mass, trial_mass, unbalance_from_run_down
 from autobalancer.measurement.balancing.run_down import load_orders
-from autobalancer.plots.measured.balancing import balancing, four_run, run_down
+from autobalancer.plots.balancing import balancing, four_run, run_down
 
 RPM = np.pi / 30.0
 

@@ -30,13 +30,13 @@ from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.kernels.system import BALLS, VX, VY, X, Y
 from autobalancer.machine import Machine
-from autobalancer.plots.film.animation import RotorView
+from autobalancer.plots.animation import RotorView
 from autobalancer.results.drawn import Motion, races_of
-from autobalancer.stability.continuation.steady import Family
 from autobalancer.stability.friction import held_by_friction
 from autobalancer.stability.host.stations import plane, stations
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.states.linearized import eigensystem
+from autobalancer.stability.steady_curves import Family
 
 SPEED = 300.0  # rad/s, above the critical speed of about 240
 RING = {"body": "roller", "diameter": 0.012, "inner_diameter": 0.007, "length": 0.015, "density": 7800.0}

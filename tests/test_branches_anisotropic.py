@@ -26,7 +26,7 @@ from autobalancer.machine import (
 )
 from autobalancer.machine.drive import Constant
 from autobalancer.simulation.record import Samples
-from autobalancer.stability.diagrams.branches import bifurcation_curves, branches
+from autobalancer.stability.branch_diagrams import bifurcation_curves, branches
 from autobalancer.stability.host.stations import in_plane, stations
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.states.linearized import exponents_of, swinging

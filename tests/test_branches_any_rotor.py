@@ -19,14 +19,14 @@ from autobalancer.files.examples import rig
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Machine, RigidRotor, Support
 from autobalancer.simulation.record import Samples
-from autobalancer.stability.continuation.steady import Family, Range, kinds
-from autobalancer.stability.diagrams.branches import bifurcation_curves, branches
+from autobalancer.stability.branch_diagrams import bifurcation_curves, branches
 from autobalancer.stability.host.stations import stations
 from autobalancer.stability.host.vector_field import Field
-from autobalancer.stability.periodic.stalled import partly_stalled_orbits
+from autobalancer.stability.stalled_orbits import partly_stalled_orbits
 from autobalancer.stability.states.linearized import matrices as station_matrices
 from autobalancer.stability.states.questions import eigenvalues
 from autobalancer.stability.states.rest_states import balanced_of, states_of
+from autobalancer.stability.steady_curves import Family, Range, kinds
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"
 TWO_PLANES = load_race_machine(MACHINES / "two_plane_rotor.toml")

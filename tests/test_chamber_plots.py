@@ -14,7 +14,7 @@ from tests.references.chamber_runs import BALL, CHAMBER, MACHINE, chamber_run
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError
-from autobalancer.plots.chamber.view import Camera, poses_of
+from autobalancer.plots.chamber_view import Camera, poses_of
 from autobalancer.results.archive import Archive
 from autobalancer.results.chamber_measures import ChamberShape, chambers_of
 from autobalancer.results.unconstrained_body import pakula_body

@@ -37,14 +37,14 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.kernels.balls.planar import planar
 from autobalancer.machine import Machine
-from autobalancer.stability.continuation.bifurcations import Point, Steps, follow, locate, lyapunov_coefficient
-from autobalancer.stability.continuation.steady import SMOOTH, Family, Range, Steady, expanded, kinds, merged
-from autobalancer.stability.diagrams.branches import bifurcation_curves, branches
-from autobalancer.stability.diagrams.explorer import Explorer
+from autobalancer.stability.bifurcations import Point, Steps, follow, locate, lyapunov_coefficient
+from autobalancer.stability.branch_diagrams import bifurcation_curves, branches
+from autobalancer.stability.curve_explorer import Explorer
 from autobalancer.stability.host.stations import of_plane, plane, stations
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.maps.balanced import growth_rate, planar_balancer_of, worst_case_border
-from autobalancer.stability.periodic.orbits import DEGREE, Mesh
+from autobalancer.stability.periodic_orbits import DEGREE, Mesh
+from autobalancer.stability.steady_curves import SMOOTH, Family, Range, Steady, expanded, kinds, merged
 
 SEEDS = range(20)
 

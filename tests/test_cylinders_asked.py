@@ -20,7 +20,7 @@ from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import save_machine
 from autobalancer.laws.capabilities import chamber_capability
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.plots.chamber.view import Camera, cylinder_outlines
+from autobalancer.plots.chamber_view import Camera, cylinder_outlines
 from autobalancer.results.archive import Archive
 from autobalancer.simulation.chamber import simulate_chamber
 from autobalancer.simulation.chamber.bounds import fill

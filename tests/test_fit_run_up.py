@@ -11,7 +11,7 @@ from scipy.stats import binom
 import autobalancer as ab
 from autobalancer.errors import QuestionError
 from autobalancer.measure import MeasuredRunUp, Sensor, Tacho, fit_run_up, record
-from autobalancer.rotordynamics.identification.fit import Trial
+from autobalancer.rotordynamics.parameter_fit import Trial
 from references.seen_balls import seen_by_a_camera
 
 DAMPING, DRAG, STIFFNESS = "rotor.damping", "balancers[1].races[1].drag.damping", "rotor.stiffness"

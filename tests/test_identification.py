@@ -11,7 +11,8 @@ from autobalancer.assembly.quantities import with_value_at
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.rotordynamics.campbell import modes
-from autobalancer.rotordynamics.identification.fit import (
+from autobalancer.rotordynamics.identify import identify
+from autobalancer.rotordynamics.parameter_fit import (
     FreeParameter,
     KnownValue,
     MeasuredCriticalSpeed,
@@ -20,7 +21,6 @@ from autobalancer.rotordynamics.identification.fit import (
     MeasuredStiffness,
     weights,
 )
-from autobalancer.rotordynamics.identification.identify import identify
 
 RIGID = Machine(
     name="rigid", axis="vertical",

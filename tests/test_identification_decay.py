@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from autobalancer.errors import QuestionError, RangeWarning
-from autobalancer.measurement.spectra.spectrum import decay_rate
+from autobalancer.measurement.spectrum import decay_rate
 
 TIME = np.linspace(0.2, 3.2, 3001)
 CLOCK = TIME - TIME[0]

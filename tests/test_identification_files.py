@@ -15,15 +15,15 @@ from autobalancer.cli import app
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.examples import rig
 from autobalancer.files.machine_file import load_race_machine, save_machine
-from autobalancer.measurement.comparison.run_up_fit import load_measurements
-from autobalancer.rotordynamics.identification.fit import (
+from autobalancer.measurement.run_up_fit import load_measurements
+from autobalancer.rotordynamics.identify import identify
+from autobalancer.rotordynamics.parameter_fit import (
     KnownValue,
     MeasuredCriticalSpeed,
     MeasuredMode,
     MeasuredResponse,
     MeasuredStiffness,
 )
-from autobalancer.rotordynamics.identification.identify import identify
 
 MACHINE = rig("rodrigues_rig")
 DATA = "examples/measurements/rodrigues_critical_speeds.toml"

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from autobalancer.files.examples import rig
-from autobalancer.measurement.comparison.run_up_fit import load_measurements
+from autobalancer.measurement.run_up_fit import load_measurements
 from autobalancer.rotordynamics.campbell import critical_speeds
-from autobalancer.rotordynamics.identification.identify import Identification, identify
+from autobalancer.rotordynamics.identify import Identification, identify
 
 MACHINE, DATA = rig("rodrigues_rig"), Path("examples/measurements")
 RPM = np.pi / 30.0

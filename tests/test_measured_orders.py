@@ -19,10 +19,10 @@ from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
 from autobalancer.measure import Channel, MeasuredOrders, Sensor, Tacho, record
 from autobalancer.measurement.balancing.run_down import first_orders, load_orders
-from autobalancer.measurement.comparison.run_up_fit import load_measured
 from autobalancer.measurement.noise_density import independent
-from autobalancer.measurement.orders.tracking import fitted_orders
-from autobalancer.rotordynamics.identification.fit import Trial
+from autobalancer.measurement.run_up_fit import load_measured
+from autobalancer.measurement.tracking import fitted_orders
+from autobalancer.rotordynamics.parameter_fit import Trial
 
 ROTOR = """name = "rotor on springs"
 axis = "vertical"

@@ -15,7 +15,7 @@ from autobalancer.machine import Machine, ModalRotor, PlanarRotor, Resonance
 from autobalancer.measurement.loop import balls_of
 from autobalancer.reporting.report import design_pages
 from autobalancer.reporting.report_pages import Drawing, Paragraph
-from autobalancer.rotordynamics.receptance.receptances import receptance_dataset
+from autobalancer.rotordynamics.receptances import receptance_dataset
 from autobalancer.stability.maps.exact import borders
 from autobalancer.studies.design.design_file import read_spec
 

@@ -216,8 +216,8 @@ def test_a_missing_sample_and_a_gap_of_a_tenth_of_a_period_are_bridged_and_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, long: bool
 ) -> None:
     if long:
-        monkeypatch.setattr("autobalancer.measurement.signals.formats.LONG", 100)
-        monkeypatch.setattr("autobalancer.measurement.signals.formats.LONG_TABLE", 100)
+        monkeypatch.setattr("autobalancer.measurement.signal_formats.LONG", 100)
+        monkeypatch.setattr("autobalancer.measurement.signal_formats.LONG_TABLE", 100)
     wave = np.sin(2.0 * np.pi * 12.0 * TIME)  # a period of 83 samples
     with_gap = np.where(np.isin(np.arange(400), [50, 200, 201, 202]), np.nan, wave)
     pulses = np.where(np.arange(400) == 50, np.nan, (np.arange(400) % 80 < 4) * 5.0)
@@ -290,7 +290,7 @@ def test_doubtful_channels_are_told(tmp_path: Path, values: np.ndarray, words: s
 
 
 def test_a_wave_that_is_only_rounded_is_not_clipped() -> None:
-    from autobalancer.measurement.signals.load import clipped_samples
+    from autobalancer.measurement.load_signals import clipped_samples
 
     slow = np.sin(2.0 * np.pi * 0.7 * np.arange(4000) / 1000.0)
     for digits in (1, 2, 3, 6):
@@ -537,7 +537,7 @@ def test_what_is_no_table_is_named_as_what_it_is(tmp_path: Path, start: bytes, w
 
 def test_a_long_table_is_refused_where_its_pieces_do_not_agree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from autobalancer.files import text_files as tables
-    from autobalancer.measurement.signals import formats
+    from autobalancer.measurement import signal_formats as formats
 
     monkeypatch.setattr(formats, "LONG_TABLE", 1000)
     monkeypatch.setattr(tables, "PIECE", 4000)
@@ -564,7 +564,7 @@ def test_files_that_would_fill_the_memory_or_never_end_are_refused(
 ) -> None:
     from scipy.io import savemat
 
-    from autobalancer.measurement.signals import formats
+    from autobalancer.measurement import signal_formats as formats
 
     h5py = pytest.importorskip("h5py")
     monkeypatch.setattr(formats, "HARMLESS", 1_000_000)
@@ -621,7 +621,7 @@ def test_one_column_of_a_long_table_takes_no_room_for_the_others(monkeypatch: py
     """The column of time is asked for as a whole, which must not bring all columns into memory."""
     import tracemalloc
 
-    from autobalancer.measurement.signals import formats
+    from autobalancer.measurement import signal_formats as formats
 
     monkeypatch.setattr(formats, "BLOCK", 1000)
     rows = np.arange(600_000.0).reshape(-1, 6)

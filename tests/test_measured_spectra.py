@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import autobalancer as ab
 from autobalancer.cli.main import app
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.spectra.spectrum import detect_lines
+from autobalancer.measurement.spectrum import detect_lines
 
 RATE = 1000.0
 TIME = np.arange(12000) / RATE

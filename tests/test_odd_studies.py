@@ -15,9 +15,9 @@ import autobalancer as ab
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.machine.part import Question
 from autobalancer.measurement.balancing.runs import BalanceJob
-from autobalancer.measurement.comparison.run_up_fit import RunUpFile
 from autobalancer.measurement.film.setup import FilmSetup
-from autobalancer.measurement.signals.load import ChannelFile
+from autobalancer.measurement.load_signals import ChannelFile
+from autobalancer.measurement.run_up_fit import RunUpFile
 from autobalancer.studies.design.design_file import read_spec
 from autobalancer.studies.study.study_file import read_study
 

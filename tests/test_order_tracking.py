@@ -15,7 +15,7 @@ from scipy.signal import lfilter
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError, RangeWarning
-from autobalancer.measurement.orders.tracking import filtered_orders, passed_by_filter, subtracted
+from autobalancer.measurement.tracking import filtered_orders, passed_by_filter, subtracted
 
 MASS, STIFFNESS, DAMPING, UNBALANCE = 12.27, 44654.0, 68.37, 594e-6  # the discoidal rig of Spannan (2021), table 6.4
 RATE, GROWTH, START, LENGTH = 1000.0, 4.0, 15.0, 20.0
@@ -74,7 +74,7 @@ def test_orders_of_a_run_up_through_resonance_are_those_of_the_motion(
 
 
 def test_a_plain_window_flattens_a_resonance_that_the_fit_does_not(motion: np.ndarray) -> None:
-    from autobalancer.measurement.orders.tracking import fitted_orders
+    from autobalancer.measurement.tracking import fitted_orders
 
     centers = np.interp(np.arange(10.0, 15.0, 0.05), TIME, angle(TIME))
     known = envelope(motion, np.interp(centers, angle(TIME), TIME))
@@ -307,7 +307,7 @@ def test_an_encoder_needs_an_index_to_know_the_zero_mark() -> None:
 
 
 def test_jitter_of_pulses_is_smoothed_and_the_angle_says_how_sure_it_is() -> None:
-    from autobalancer.measurement.orders.tacho import smooth_angle
+    from autobalancer.measurement.tacho import smooth_angle
 
     counts = np.arange(120.0)
     exact = (-START + np.sqrt(START**2 + 4.0 * np.pi * GROWTH * counts)) / GROWTH
@@ -341,7 +341,7 @@ def test_missing_and_double_pulses_are_told_with_their_times_and_repaired() -> N
 
 
 def test_a_rotor_that_starts_from_rest_misses_no_pulse() -> None:
-    from autobalancer.measurement.orders.tacho import repaired
+    from autobalancer.measurement.tacho import repaired
 
     times = np.sqrt(np.arange(1.0, 60.0))
     found = repaired(times)
@@ -385,8 +385,9 @@ def test_orders_are_kept_in_a_file_and_drawn(motion: np.ndarray, tmp_path: Path)
 def by_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Records of more than 3000 samples stay in their files, of which 1500 samples are in memory at once."""
     from autobalancer.files import text_files as table
-    from autobalancer.measurement.orders import tacho as angles
-    from autobalancer.measurement.signals import formats, load
+    from autobalancer.measurement import load_signals as load
+    from autobalancer.measurement import signal_formats as formats
+    from autobalancer.measurement import tacho as angles
     from autobalancer.results import signals
     from autobalancer.results import signals as universal_file
 
@@ -488,7 +489,7 @@ def test_a_long_record_stays_in_its_file_and_gives_the_same_orders_and_maps(
 def test_a_slower_rate_changes_filtered_orders_of_a_long_record_by_less_than_a_thousandth(
     motion: np.ndarray, by_blocks: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from autobalancer.measurement.orders import tracking as question
+    from autobalancer.measurement import tracking as question
 
     turned = ab.measure.rotor_angle(measured({"a": motion.real}))
     fast = ab.measure.orders(turned, method="vold-kalman", bandwidth=4.0)

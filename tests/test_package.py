@@ -15,7 +15,7 @@ from autobalancer.cli import app
 from autobalancer.errors import CatalogError, QuestionError
 from autobalancer.files.examples import example_text
 from autobalancer.files.samples import write_example
-from autobalancer.plots.film.frames import Film, film_format, write_film
+from autobalancer.plots.film_frames import Film, film_format, write_film
 from autobalancer.simulation.record import Samples
 
 ROOT = Path(__file__).parents[1]
@@ -98,7 +98,7 @@ def test_metadata_and_citation_agree() -> None:
 
 
 def test_without_the_encoder_a_film_is_a_gif(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("autobalancer.plots.film.frames.find_spec", lambda name: None)
+    monkeypatch.setattr("autobalancer.plots.film_frames.find_spec", lambda name: None)
     with pytest.raises(QuestionError, match=r'pip install "autobalancer\[film\]", or end the name with \.gif'):
         film_format(tmp_path / "film.mp4")
     frame = np.zeros((32, 32, 3), np.uint8)

@@ -15,11 +15,11 @@ from tests.references.two_balls import RACE, STALL, branch, specials, stall_mach
 from autobalancer.api import simulate
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.simulation.record import Samples
-from autobalancer.stability.continuation.steady import Family, Range, coincident, kinds
-from autobalancer.stability.diagrams.branches import branches
+from autobalancer.stability.branch_diagrams import branches
 from autobalancer.stability.host.stations import plane, stations
 from autobalancer.stability.maps.balanced import growth_rate, planar_balancer_of
-from autobalancer.stability.periodic.stalled import stalled_orbits
+from autobalancer.stability.stalled_orbits import stalled_orbits
+from autobalancer.stability.steady_curves import Family, Range, coincident, kinds
 
 # balls that swing
 

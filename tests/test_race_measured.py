@@ -14,8 +14,8 @@ from autobalancer.files.examples import example_text
 from autobalancer.laws.stall import rest_ends
 from autobalancer.measure import drag_from_lag, race_shape, rest_friction
 from autobalancer.measurement.race_measurements import _gain
-from autobalancer.plots.measured.balancing import race_shape as picture
-from autobalancer.plots.measured.balancing import rests
+from autobalancer.plots.balancing import race_shape as picture
+from autobalancer.plots.balancing import rests
 
 RNG = np.random.default_rng(11)
 

@@ -17,7 +17,7 @@ from autobalancer.assembly.drive_train import largest_unbalance
 from autobalancer.cli.identify import receptance as command
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.loop import balls_of, equal_balls, receptance_border
-from autobalancer.rotordynamics.receptance.receptances import receptance_dataset
+from autobalancer.rotordynamics.receptances import receptance_dataset
 
 FREQUENCY = 2.0 * math.pi * 0.25 * np.arange(1, 401)  # to 100 Hz, as an analyser gives it
 MASS, DAMPING, STIFFNESS = 12.27, 68.37, 44654.0  # Spannan (2021), table 6.4

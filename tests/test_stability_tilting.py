@@ -21,11 +21,11 @@ from autobalancer.kernels.balls.on_stations import guided_tilting
 from autobalancer.kernels.system import BALLS
 from autobalancer.machine import Machine
 from autobalancer.simulation.record import Samples
-from autobalancer.stability.continuation.steady import Family
 from autobalancer.stability.host.stations import stations
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.states.linearized import modes
 from autobalancer.stability.states.rest_states import balanced_of, state_vector, states_of
+from autobalancer.stability.steady_curves import Family
 
 SPEED = 400.0
 TWO_PLANES = ab.with_parameter(ab.example("two_plane_rotor"), "tilting_races", "full")

@@ -14,16 +14,16 @@ import pint
 import pytest
 from typer.testing import CliRunner
 
+from autobalancer.app.form_fields import in_unit, number_and_unit, written
 from autobalancer.app.store.measured_files import guessed
-from autobalancer.app.text.form_fields import in_unit, number_and_unit, written
 from autobalancer.cli import app
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.files.text_files import read_table
 from autobalancer.machine.part import Quantity
 from autobalancer.measure import BalanceRun, Reading, TrialMass, balance, load_signals
-from autobalancer.measurement.signals.form import factor_to, hertz_argument, quantity_of
-from autobalancer.measurement.signals.formats import RawColumn, RawFile
+from autobalancer.measurement.signal_formats import RawColumn, RawFile
+from autobalancer.measurement.signals import factor_to, hertz_argument, quantity_of
 from autobalancer.results.signals import universal_text
 from autobalancer.units import argument, from_si, option_to_si, to_si
 from autobalancer.units.quantity import ends, range_values, read_text

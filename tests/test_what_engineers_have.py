@@ -13,8 +13,8 @@ from autobalancer.catalog.resolve import planar_rotor, resolve
 from autobalancer.errors import MachineError, MachineFileError
 from autobalancer.files.machine_file import machine_text, parse_machine
 from autobalancer.machine import Balls, Machine, PlanarRotor
-from autobalancer.rotordynamics.identification.fit import FreeParameter, MeasuredCriticalSpeed
-from autobalancer.rotordynamics.identification.identify import identify
+from autobalancer.rotordynamics.identify import identify
+from autobalancer.rotordynamics.parameter_fit import FreeParameter, MeasuredCriticalSpeed
 
 TEXT = """
 name = "centrifuge"

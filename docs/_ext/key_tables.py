@@ -9,8 +9,8 @@ from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.keys import TAGS, Key, Table, keys_of, prose_of, tables_of
 from autobalancer.machine.part import Part
 from autobalancer.measurement.balancing.runs import BalanceJob
-from autobalancer.measurement.comparison.run_up_fit import RunUpFile
 from autobalancer.measurement.film.setup import FilmSetup
+from autobalancer.measurement.run_up_fit import RunUpFile
 from autobalancer.studies.design.chambers import ChamberSpecification
 from autobalancer.studies.design.specification import Specification
 from autobalancer.studies.study.study_file import StudyFile

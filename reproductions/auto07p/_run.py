@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from autobalancer.files.machine_file import load_race_machine
-from autobalancer.stability.continuation.steady import Family, Range
-from autobalancer.stability.periodic.stalled import stalled_orbits
+from autobalancer.stability.stalled_orbits import stalled_orbits
+from autobalancer.stability.steady_curves import Family, Range
 
 HERE = Path(__file__).resolve().parent
 STALL = HERE.parents[1] / "examples" / "machines" / "stall_and_release.toml"

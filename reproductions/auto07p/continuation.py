@@ -17,7 +17,7 @@ import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Machine
-from autobalancer.stability.diagrams.branches import bifurcation_curves, branches
+from autobalancer.stability.branch_diagrams import bifurcation_curves, branches
 from reproductions import Found, compared_all
 
 STALL = Path(__file__).resolve().parents[2] / "examples" / "machines" / "stall_and_release.toml"

@@ -14,9 +14,9 @@ import numpy as np
 
 import autobalancer as ab
 from autobalancer.files.examples import rig
-from autobalancer.measurement.comparison.run_up_fit import load_measurements
+from autobalancer.measurement.run_up_fit import load_measurements
 from autobalancer.plots.style import save_picture
-from autobalancer.rotordynamics.identification.identify import identify
+from autobalancer.rotordynamics.identify import identify
 from reproductions import Found, Kind, compared_all
 
 MEASUREMENTS = Path(__file__).parents[2] / "examples" / "measurements"

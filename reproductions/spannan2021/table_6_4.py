@@ -16,8 +16,8 @@ import autobalancer as ab
 from autobalancer.files.examples import rig
 from autobalancer.plots.style import save_picture
 from autobalancer.rotordynamics.equivalent_planar import equivalent_planar
-from autobalancer.rotordynamics.identification.fit import FreeParameter, MeasuredMode, MeasuredStiffness
-from autobalancer.rotordynamics.identification.identify import identify
+from autobalancer.rotordynamics.identify import identify
+from autobalancer.rotordynamics.parameter_fit import FreeParameter, MeasuredMode, MeasuredStiffness
 from reproductions import Found, Kind, compared_all
 
 TABLE = {"stiffness": (44654.0, "N/m"), "mass": (12.27, "kg"), "damping": (68.37, "N s/m")}

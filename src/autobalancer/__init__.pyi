@@ -25,7 +25,7 @@ from autobalancer.files.machine_file import machine_text as machine_text
 from autobalancer.files.machine_file import parse_machine as parse_machine
 from autobalancer.files.machine_file import save_machine as save_machine
 from autobalancer.machine.schema import keys as keys
-from autobalancer.plots.film.frames import animate as animate
+from autobalancer.plots.film_frames import animate as animate
 from autobalancer.reporting.report import report as report
 from autobalancer.results.store import load_run as load_run
 from autobalancer.results.store import save_run as save_run

@@ -268,7 +268,7 @@ def compare(
     **options
         Of machines: ``at``, ``duration``, ``tolerance``, ``bins``, ``seed``, ``workers``, ``progress``, see
         :func:`autobalancer.studies.compare.compare`. Of a run: ``seed`` of the noise and keywords of the tacho, see
-        :func:`autobalancer.measurement.comparison.overlay.overlay`.
+        :func:`autobalancer.measurement.overlay.overlay`.
 
     Returns
     -------
@@ -283,7 +283,7 @@ def compare(
     import xarray as xr
 
     if isinstance(given, xr.Dataset):
-        from autobalancer.measurement.comparison.overlay import overlay
+        from autobalancer.measurement.overlay import overlay
 
         if measured is None:
             raise QuestionError("compare: given a run alone; give the measurement, too, as in compare(run, measured)")

@@ -9,9 +9,6 @@ from autobalancer.measurement.balancing.runs import TrialMass as TrialMass
 from autobalancer.measurement.balancing.runs import load_balance_runs as load_balance_runs
 from autobalancer.measurement.balancing.runs import split_mass as split_mass
 from autobalancer.measurement.balancing.runs import trial_mass as trial_mass
-from autobalancer.measurement.comparison.pairs import MeasuredRunUp as MeasuredRunUp
-from autobalancer.measurement.comparison.run_up_fit import MeasuredOrders as MeasuredOrders
-from autobalancer.measurement.comparison.run_up_fit import fit_run_up as fit_run_up
 from autobalancer.measurement.equilibrium_angles import equilibrium_angle as equilibrium_angle
 from autobalancer.measurement.equilibrium_angles import evaluate_angles as evaluate_angles
 from autobalancer.measurement.equilibrium_angles import load_angle_series as load_angle_series
@@ -25,12 +22,16 @@ from autobalancer.measurement.film.photograph import rest_histogram as rest_hist
 from autobalancer.measurement.film.setup import load_film_setup as load_film_setup
 from autobalancer.measurement.film.track import rectified_picture as rectified_picture
 from autobalancer.measurement.film.track import track_balls as track_balls
+from autobalancer.measurement.load_signals import load_signals as load_signals
 from autobalancer.measurement.loop import equal_balls as equal_balls
 from autobalancer.measurement.loop import receptance_border as receptance_border
 from autobalancer.measurement.loop import receptance_loop as receptance_loop
 from autobalancer.measurement.loop import receptance_stability as receptance_stability
-from autobalancer.measurement.orders.tacho import rotor_angle as rotor_angle
-from autobalancer.measurement.orders.tracking import orders as orders
+from autobalancer.measurement.orbit import damping as damping
+from autobalancer.measurement.orbit import envelope as envelope
+from autobalancer.measurement.orbit import half_power as half_power
+from autobalancer.measurement.orbit import orbit as orbit
+from autobalancer.measurement.pairs import MeasuredRunUp as MeasuredRunUp
 from autobalancer.measurement.race_measurements import drag_from_lag as drag_from_lag
 from autobalancer.measurement.race_measurements import race_shape as race_shape
 from autobalancer.measurement.race_measurements import rest_friction as rest_friction
@@ -39,24 +40,23 @@ from autobalancer.measurement.rubber import rubber as rubber
 from autobalancer.measurement.rubber import rubber_loops as rubber_loops
 from autobalancer.measurement.rubber import rubber_resonances as rubber_resonances
 from autobalancer.measurement.rubber import rubber_signals as rubber_signals
+from autobalancer.measurement.run_up_fit import MeasuredOrders as MeasuredOrders
+from autobalancer.measurement.run_up_fit import fit_run_up as fit_run_up
 from autobalancer.measurement.sensors import Sensor as Sensor
 from autobalancer.measurement.sensors import Tacho as Tacho
 from autobalancer.measurement.sensors import record as record
-from autobalancer.measurement.signals.form import Channel as Channel
-from autobalancer.measurement.signals.form import signals as signals
-from autobalancer.measurement.signals.load import load_signals as load_signals
-from autobalancer.measurement.spectra.orbit import damping as damping
-from autobalancer.measurement.spectra.orbit import envelope as envelope
-from autobalancer.measurement.spectra.orbit import half_power as half_power
-from autobalancer.measurement.spectra.orbit import orbit as orbit
-from autobalancer.measurement.spectra.spectrum import converted as converted
-from autobalancer.measurement.spectra.spectrum import decay_rate as decay_rate
-from autobalancer.measurement.spectra.spectrum import order_map as order_map
-from autobalancer.measurement.spectra.spectrum import spectrum as spectrum
-from autobalancer.rotordynamics.receptance.rational_fit import modes_of as modes_of
-from autobalancer.rotordynamics.receptance.rational_fit import receptance as receptance
-from autobalancer.rotordynamics.receptance.receptances import load_receptance as load_receptance
-from autobalancer.rotordynamics.receptance.receptances import receptance_rotor as receptance_rotor
+from autobalancer.measurement.signals import Channel as Channel
+from autobalancer.measurement.signals import signals as signals
+from autobalancer.measurement.spectrum import converted as converted
+from autobalancer.measurement.spectrum import decay_rate as decay_rate
+from autobalancer.measurement.spectrum import order_map as order_map
+from autobalancer.measurement.spectrum import spectrum as spectrum
+from autobalancer.measurement.tacho import rotor_angle as rotor_angle
+from autobalancer.measurement.tracking import orders as orders
+from autobalancer.rotordynamics.rational_fit import modes_of as modes_of
+from autobalancer.rotordynamics.rational_fit import receptance as receptance
+from autobalancer.rotordynamics.receptances import load_receptance as load_receptance
+from autobalancer.rotordynamics.receptances import receptance_rotor as receptance_rotor
 
 __all__ = [
     "BalanceRun",

@@ -2,9 +2,10 @@
 
 from autobalancer.plots import style as style
 from autobalancer.plots.answer import answer as answer
-from autobalancer.plots.chamber.chamber_runs import chamber_run as chamber_run
-from autobalancer.plots.chamber.view import chamber_arrangement as chamber_arrangement
-from autobalancer.plots.measured.drag import drag_laws as drag_laws
+from autobalancer.plots.branches import branches as branches
+from autobalancer.plots.chamber_runs import chamber_run as chamber_run
+from autobalancer.plots.chamber_view import chamber_arrangement as chamber_arrangement
+from autobalancer.plots.drag import drag_laws as drag_laws
 from autobalancer.plots.rotor import campbell as campbell
 from autobalancer.plots.rotor import modes as modes
 from autobalancer.plots.rotor import response as response
@@ -15,9 +16,8 @@ from autobalancer.plots.run.stepped_response import stepped_response as stepped_
 from autobalancer.plots.signals import order_map as order_map
 from autobalancer.plots.signals import orders as orders
 from autobalancer.plots.signals import spectrum as spectrum
-from autobalancer.plots.stability.branches import branches as branches
-from autobalancer.plots.stability.stability_map import borders as borders
-from autobalancer.plots.stability.stability_map import map as map
+from autobalancer.plots.stability_map import borders as borders
+from autobalancer.plots.stability_map import map as map
 from autobalancer.plots.studies import design as design
 from autobalancer.sketch import machine as machine
 

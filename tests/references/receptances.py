@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.measurement.loop import RaceBalls
-from autobalancer.rotordynamics.receptance.receptances import PoleModel, receptance_dataset
+from autobalancer.rotordynamics.receptances import PoleModel, receptance_dataset
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import xarray as xr
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.files.machine_file import load_race_machine
 from autobalancer.machine import Balls, Machine
-from autobalancer.stability.diagrams.branches import branches
+from autobalancer.stability.branch_diagrams import branches
 
 MACHINES = Path(__file__).parents[2] / "examples" / "machines"
 DISCOIDAL, STALL = (load_race_machine(MACHINES / f"{name}.toml") for name in ("discoidal", "stall_and_release"))

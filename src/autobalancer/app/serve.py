@@ -64,7 +64,7 @@ def serve(
     if not 0 < port < 65536:
         raise QuestionError(f"port: given {port}; must be between 1 and 65535")
     try:
-        from autobalancer.app.pages.bench import build
+        from autobalancer.app.bench import build
     except ImportError as reason:
         raise QuestionError(f"app: {reason}; install what it needs with: pip install 'autobalancer[app]'") from None
     from nicegui import ui

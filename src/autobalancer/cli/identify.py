@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from autobalancer.machine import Machine
     from autobalancer.measurement.loop import RaceBalls
-    from autobalancer.rotordynamics.identification.fit import FreeParameter
+    from autobalancer.rotordynamics.parameter_fit import FreeParameter
     from autobalancer.tables import Column
 
 TOPIC = "From measurements"  # where the help of autobalancer lists the commands below
@@ -66,7 +66,7 @@ def identify(
 
 def _free(text: str, machine: Machine) -> FreeParameter:
     from autobalancer.cli.terminal.options import named_range, unit_of
-    from autobalancer.rotordynamics.identification.fit import FreeParameter
+    from autobalancer.rotordynamics.parameter_fit import FreeParameter
     from autobalancer.units.quantity import ends
 
     path, span = named_range("--free", text, "from:to")
@@ -82,7 +82,7 @@ def _storable(data: xr.Dataset) -> xr.Dataset:
 
 
 def _parameters(data: xr.Dataset) -> list[Column]:
-    from autobalancer.rotordynamics.identification.identify import shown_parameter, with_spread
+    from autobalancer.rotordynamics.identify import shown_parameter, with_spread
     from autobalancer.tables import Column
 
     bound = [bool(value) for value in data["at_bound"].values]
@@ -101,7 +101,7 @@ def _parameters(data: xr.Dataset) -> list[Column]:
 
 
 def _measurements(data: xr.Dataset) -> list[Column]:
-    from autobalancer.rotordynamics.identification.identify import grouped, shown_unit
+    from autobalancer.rotordynamics.identify import grouped, shown_unit
     from autobalancer.tables import Column
 
     rows: list[list[Any]] = []
@@ -188,7 +188,7 @@ def receptance(
 
 def _with_rotor(machine: Path, fit: xr.Dataset) -> Machine:
     from autobalancer.files.machine_file import load_race_machine
-    from autobalancer.rotordynamics.receptance.receptances import measured_rotor, with_measured_rotor
+    from autobalancer.rotordynamics.receptances import measured_rotor, with_measured_rotor
 
     return with_measured_rotor(load_race_machine(machine), measured_rotor(fit))
 

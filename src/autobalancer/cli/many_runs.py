@@ -286,7 +286,7 @@ def _overlay(paths: list[Path], seed: int) -> Reply:
     """A run and a measurement."""
     if len(paths) != 2:
         raise QuestionError("compare: after a run give one measurement: a table of signals or orders, or an .nc file")
-    from autobalancer.measurement.comparison.run_up_fit import load_measured
+    from autobalancer.measurement.run_up_fit import load_measured
 
     found: Any = ab.compare(ab.load_run(paths[0]), load_measured(paths[1]), seed=seed)
     names = (name for name, part in found.variables.items() if not {"time", "order_time"} & set(part.dims))

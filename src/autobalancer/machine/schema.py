@@ -21,8 +21,8 @@ ROOTS: dict[Kind, tuple[str, str]] = {  # module and class that check a file of 
     "chamber_design": ("studies.design.chambers", "ChamberSpecification"),
     "study": ("studies.study.study_file", "StudyFile"),
     "film": ("measurement.film.setup", "FilmSetup"),
-    "channels": ("measurement.signals.load", "ChannelFile"),
-    "measurements": ("measurement.comparison.run_up_fit", "RunUpFile"),
+    "channels": ("measurement.load_signals", "ChannelFile"),
+    "measurements": ("measurement.run_up_fit", "RunUpFile"),
     "balancing": ("measurement.balancing.runs", "BalanceJob"),
 }
 
@@ -45,13 +45,11 @@ OTHERS: dict[Kind, FileKind] = {
     "film": FileKind("set-up of a film", "measurement.film.setup", "load_film_setup", "measure balls FILM {}"),
     "channels": FileKind(
         "description of channels",
-        "measurement.signals.load",
+        "measurement.load_signals",
         "described_channels",
         "measure signals SIGNALS --channels {}",
     ),
-    "measurements": FileKind(
-        "measurement file", "measurement.comparison.run_up_fit", "load_measurements", "identify MACHINE {}"
-    ),
+    "measurements": FileKind("measurement file", "measurement.run_up_fit", "load_measurements", "identify MACHINE {}"),
     "balancing": FileKind("balancing job", "measurement.balancing.runs", "load_balance_runs", "measure balance {}"),
 }
 OF_MACHINES = {

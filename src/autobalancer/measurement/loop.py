@@ -24,8 +24,8 @@ from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.results.display_units import moment_text
 from autobalancer.results.labels import labeled
 from autobalancer.roots import root
-from autobalancer.rotordynamics.receptance.rational_fit import Fitting, pole_model
-from autobalancer.rotordynamics.receptance.receptances import PoleModel, hertz
+from autobalancer.rotordynamics.rational_fit import Fitting, pole_model
+from autobalancer.rotordynamics.receptances import PoleModel, hertz
 from autobalancer.stability.states.ball_positions import directions
 from autobalancer.units import argument, ends_argument, list_argument, optional_argument
 
@@ -55,7 +55,7 @@ def receptance_stability(
     Parameters
     ----------
     fit
-        From :func:`~autobalancer.rotordynamics.receptance.rational_fit.receptance`.
+        From :func:`~autobalancer.rotordynamics.rational_fit.receptance`.
     balls
         From :func:`balls_of` or :func:`equal_balls`.
     speeds

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.text_files import Table, read_table
 from autobalancer.laws.rubber import Friction, Motion, RubberLaw
-from autobalancer.measurement.signals.load import load_signals
+from autobalancer.measurement.load_signals import load_signals
 from autobalancer.results.answers.kinds import RubberFit, RubberPoints, element_columns, joined
 from autobalancer.roots import least
 from autobalancer.safe_file import as_path

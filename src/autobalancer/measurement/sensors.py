@@ -14,7 +14,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.signals.form import Channel, hertz_argument, signals
+from autobalancer.measurement.signals import Channel, hertz_argument, signals
 from autobalancer.random_numbers import generator
 from autobalancer.results.time_series import of_a_run
 from autobalancer.units import argument

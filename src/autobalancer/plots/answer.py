@@ -81,28 +81,28 @@ _RESPONSE = _has("mean_of_greatest", attrs=("quantity",))
 _CHAMBER_STUDY = _has(dims=("layers", "balls"))
 ANSWERS: dict[str, Picture] = {  # of one answer the first is the one that is drawn where nothing else is asked for
     "comparison": Picture("run.run_up.comparison", "compare", _has("deflection", "time_in_run")),
-    "overlay": Picture("measured.fits.overlay", "compare of a run and a measurement", _has("rms_away")),
-    "basin": Picture("stability.ensembles.basin", "basin", _has("state", attrs=("states",))),
+    "overlay": Picture("fits.overlay", "compare of a run and a measurement", _has("rms_away")),
+    "basin": Picture("ensembles.basin", "basin", _has("state", attrs=("states",))),
     "study": Picture("studies.study", "study", _STUDY),
-    "shares": Picture("stability.ensembles.ensemble", "ensemble", _ENSEMBLE),
-    "distribution": Picture("stability.ensembles.ensemble_distribution", "ensemble or study", _ENSEMBLE),
-    "scatter": Picture("stability.ensembles.ensemble_scatter", "ensemble or study", _ENSEMBLE, further=True),
+    "shares": Picture("ensembles.ensemble", "ensemble", _ENSEMBLE),
+    "distribution": Picture("ensembles.ensemble_distribution", "ensemble or study", _ENSEMBLE),
+    "scatter": Picture("ensembles.ensemble_scatter", "ensemble or study", _ENSEMBLE, further=True),
     "rest_positions": Picture("studies.rest_positions", "study", _has("draw", "ball_angle_to_unbalance")),
     "envelopes": Picture("studies.envelopes", "envelopes", _has("below_50")),
     "design": Picture("studies.design", "design", _has("place", "stage", "front")),
     "sensitivity": Picture("studies.sensitivity", "sensitivity", _has(dims=("input",), attrs=("quantity",))),
     "eigenvalues": Picture(
-        "stability.stability_map.eigenvalues", "stability.eigenvalues", _has("eigenvalue_real", dims=("speed",))
+        "stability_map.eigenvalues", "stability.eigenvalues", _has("eigenvalue_real", dims=("speed",))
     ),
-    "map": Picture("stability.stability_map.map", "stability.map", _one_of("growth_rate", of=_has(), ndim=2)),
+    "map": Picture("stability_map.map", "stability.map", _one_of("growth_rate", of=_has(), ndim=2)),
     "border_curve": Picture(
-        "stability.stability_map.border_curve",
+        "stability_map.border_curve",
         "stability.border_curve",
         _one_of(*_BORDERS, of=_has(attrs=("parameter",), lacks=("growth_rate",)), ndim=1),
     ),
-    "branches": Picture("stability.branches.branches", "stability.branches", _has("name", dims=("point",))),
+    "branches": Picture("branches.branches", "stability.branches", _has("name", dims=("point",))),
     "bifurcation_curves": Picture(
-        "stability.stability_map.bifurcation_curves", "stability.bifurcation_curves", _has("second_parameter")
+        "stability_map.bifurcation_curves", "stability.bifurcation_curves", _has("second_parameter")
     ),
     "campbell": Picture("rotor.campbell", "rotor.campbell", _has("intersection_speed", dims=("branch",))),
     "modes": Picture("rotor.modes", "rotor.modes", _has("x_real", dims=("mode",))),
@@ -115,43 +115,41 @@ ANSWERS: dict[str, Picture] = {  # of one answer the first is the one that is dr
     ),
     "liquid_response": Picture("rotor.liquid_response", "rotor.liquid_response", _has("without_liquid", "share")),
     "equivalent_planar": Picture("rotor.equivalent_planar", "rotor.equivalent_planar", _has("other_modes_share")),
-    "identification": Picture("measured.fits.identification", "rotor.identify", _has("deviation", "correlation")),
+    "identification": Picture("fits.identification", "rotor.identify", _has("deviation", "correlation")),
     "stepped_response": Picture("run.stepped_response.stepped_response", "stepped_response", _has("amplitude_change")),
-    "flow": Picture("measured.drag.flow", "flow.annulus_flow", _FLOW),
-    "spin_up": Picture("measured.drag.spin_up", "flow.annulus_flow", _FLOW, further=True),
-    "velocity_profiles": Picture("measured.drag.velocity_profiles", "flow.annulus_flow", _FLOW, further=True),
-    "secondary_flow": Picture("measured.drag.secondary_flow", "flow.annulus_flow", _FLOW, further=True),
-    "ball_drag": Picture("measured.drag.ball_drag", "flow.ball_drag", _has("cd_times_re", "velocity_x")),
-    "equilibrium_angle": Picture(
-        "measured.drag.equilibrium_angle", "measure.equilibrium_angle", _has("angle_with_pressure")
-    ),
-    "measured_drag": Picture("measured.drag.measured_drag", "measure.evaluate_angles", _has("measured_angle")),
-    "receptance": Picture("measured.fits.receptance", "measure.receptance", _has("fitted_real")),
-    "nyquist": Picture("measured.fits.nyquist", "measure.receptance_loop", _has("loop_real")),
-    "rubber": Picture("measured.fits.rubber", "measure.rubber", _is_a("RubberFit", "RubberLaw")),
-    "balancing": Picture("measured.balancing.balancing", "measure.balance", _has("influence", "correction")),
-    "four_run": Picture("measured.balancing.four_run", "measure.four_run", _has("sensitivity", "trial_mass")),
-    "run_down": Picture("measured.balancing.run_down", "measure.unbalance_from_run_down", _has("fitted", "unbalance")),
-    "ball_film": Picture("measured.balancing.ball_film", "measure.track_balls", _has("ball_angle", "seen")),
+    "flow": Picture("drag.flow", "flow.annulus_flow", _FLOW),
+    "spin_up": Picture("drag.spin_up", "flow.annulus_flow", _FLOW, further=True),
+    "velocity_profiles": Picture("drag.velocity_profiles", "flow.annulus_flow", _FLOW, further=True),
+    "secondary_flow": Picture("drag.secondary_flow", "flow.annulus_flow", _FLOW, further=True),
+    "ball_drag": Picture("drag.ball_drag", "flow.ball_drag", _has("cd_times_re", "velocity_x")),
+    "equilibrium_angle": Picture("drag.equilibrium_angle", "measure.equilibrium_angle", _has("angle_with_pressure")),
+    "measured_drag": Picture("drag.measured_drag", "measure.evaluate_angles", _has("measured_angle")),
+    "receptance": Picture("fits.receptance", "measure.receptance", _has("fitted_real")),
+    "nyquist": Picture("fits.nyquist", "measure.receptance_loop", _has("loop_real")),
+    "rubber": Picture("fits.rubber", "measure.rubber", _is_a("RubberFit", "RubberLaw")),
+    "balancing": Picture("balancing.balancing", "measure.balance", _has("influence", "correction")),
+    "four_run": Picture("balancing.four_run", "measure.four_run", _has("sensitivity", "trial_mass")),
+    "run_down": Picture("balancing.run_down", "measure.unbalance_from_run_down", _has("fitted", "unbalance")),
+    "ball_film": Picture("balancing.ball_film", "measure.track_balls", _has("ball_angle", "seen")),
     "rectified_picture": Picture(
-        "measured.balancing.rectified_picture", "measure.rectified_picture", _has("brightness", "ball_x")
+        "balancing.rectified_picture", "measure.rectified_picture", _has("brightness", "ball_x")
     ),
-    "rest_histogram": Picture("measured.balancing.rest_histogram", "measure.rest_histogram", _has("count", "angle")),
-    "race_shape": Picture("measured.balancing.race_shape", "measure.race_shape", _has("crest", "profile")),
-    "rests": Picture("measured.balancing.rests", "measure.rest_friction", _is_a("RestFriction")),
+    "rest_histogram": Picture("balancing.rest_histogram", "measure.rest_histogram", _has("count", "angle")),
+    "race_shape": Picture("balancing.race_shape", "measure.race_shape", _has("crest", "profile")),
+    "rests": Picture("balancing.rests", "measure.rest_friction", _is_a("RestFriction")),
     "orders": Picture("signals.orders", "measure.orders", _has("amplitude_deviation")),
     "spectrum": Picture("signals.spectrum", "measure.spectrum", _has("line_frequency")),
     "order_map": Picture("signals.order_map", "measure.order_map", _MAP_OF_ORDERS),
     "damping": Picture("signals.damping", "measure.damping", _has("logarithmic_decrement", "fitted")),
     "measured_orbit": Picture("signals.measured_orbit", "measure.orbit", _has("filtered_x")),
-    "amplitudes": Picture("chamber.chamber_runs.chamber_amplitudes", "chamber.amplitudes", _CHAMBER_STUDY),
-    "carried": Picture("chamber.chamber_runs.chamber_carried", "chamber.amplitudes", _CHAMBER_STUDY),
+    "amplitudes": Picture("chamber_runs.chamber_amplitudes", "chamber.amplitudes", _CHAMBER_STUDY),
+    "carried": Picture("chamber_runs.chamber_carried", "chamber.amplitudes", _CHAMBER_STUDY),
     "means": Picture(
-        "chamber.chamber_runs.chamber_optimal_means", "chamber.optimal_means", _has(dims=("layers",), lacks=("balls",))
+        "chamber_runs.chamber_optimal_means", "chamber.optimal_means", _has(dims=("layers",), lacks=("balls",))
     ),
-    "step_size": Picture("chamber.chamber_runs.chamber_step_size", "chamber.step_size", _has(dims=("phase_number",))),
+    "step_size": Picture("chamber_runs.chamber_step_size", "chamber.step_size", _has(dims=("phase_number",))),
     "archive": Picture(
-        "chamber.chamber_runs.chamber_archive", "chamber.Archive.runs", _has("state", dims=("run",), lacks=("states",))
+        "chamber_runs.chamber_archive", "chamber.Archive.runs", _has("state", dims=("run",), lacks=("states",))
     ),
 }
 RUNS: dict[str, Picture] = {
@@ -164,12 +162,12 @@ RUNS: dict[str, Picture] = {
     "drive_train": Picture(
         "run.run_up.drive_train", "simulate, of a drive with couplings or a mount", _run(RACES, "link")
     ),
-    "history": Picture("chamber.chamber_runs.chamber_run", "simulate", _run(CHAMBERS)),
-    "energy": Picture("chamber.chamber_runs.chamber_energy", "simulate", _run(CHAMBERS)),
-    "collisions": Picture("chamber.chamber_runs.chamber_collisions", "simulate", _run(CHAMBERS)),
-    "bearings": Picture("chamber.chamber_runs.chamber_bearing_forces", "simulate", _run(CHAMBERS)),
-    "reactions": Picture("chamber.chamber_runs.chamber_reactions", "simulate", _run(CHAMBERS)),
-    "arrangement": Picture("chamber.view.chamber_arrangement", "simulate", _run(CHAMBERS)),
+    "history": Picture("chamber_runs.chamber_run", "simulate", _run(CHAMBERS)),
+    "energy": Picture("chamber_runs.chamber_energy", "simulate", _run(CHAMBERS)),
+    "collisions": Picture("chamber_runs.chamber_collisions", "simulate", _run(CHAMBERS)),
+    "bearings": Picture("chamber_runs.chamber_bearing_forces", "simulate", _run(CHAMBERS)),
+    "reactions": Picture("chamber_runs.chamber_reactions", "simulate", _run(CHAMBERS)),
+    "arrangement": Picture("chamber_view.chamber_arrangement", "simulate", _run(CHAMBERS)),
 }
 PICTURES = ANSWERS | RUNS
 

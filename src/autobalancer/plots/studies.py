@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from autobalancer.errors import QuestionError
 from autobalancer.plots.answer import asked
-from autobalancer.plots.stability.ensembles import ensemble
+from autobalancer.plots.ensembles import ensemble
 from autobalancer.plots.style import (
     ALL_BALLS,
     BALLS,

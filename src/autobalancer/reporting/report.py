@@ -27,9 +27,9 @@ from autobalancer.laws.capabilities import grade_argument
 from autobalancer.laws.impacts import STEEL, greatest_pressure
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.path import dimension_of, si_unit_of, text_of
-from autobalancer.measurement.comparison.run_up_fit import load_measured
+from autobalancer.measurement.run_up_fit import load_measured
 from autobalancer.memory import refuse_beyond_memory
-from autobalancer.plots.measured.fits import receptance as receptance_picture
+from autobalancer.plots.fits import receptance as receptance_picture
 from autobalancer.plots.studies import UNITS
 from autobalancer.plots.studies import design as design_picture
 from autobalancer.progress import shows_progress, silent

@@ -14,16 +14,16 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 import xarray as xr
 
-import autobalancer.plots.stability.stability_map as pictures
+import autobalancer.plots.stability_map as pictures
 from autobalancer.api import compare, simulate
 from autobalancer.assembly.quantities import value_of
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.laws.capabilities import grade_name, permissible_unbalance
 from autobalancer.machine import Machine
-from autobalancer.plots.measured.fits import overlay
+from autobalancer.plots.ensembles import ensemble_distribution
+from autobalancer.plots.fits import overlay
 from autobalancer.plots.run.race_and_orbit import race as race_picture
 from autobalancer.plots.run.run_up import run_up
-from autobalancer.plots.stability.ensembles import ensemble_distribution
 from autobalancer.plots.studies import envelopes as envelopes_picture
 from autobalancer.plots.studies import sensitivity as sensitivity_picture
 from autobalancer.plots.studies import study as study_picture

@@ -2,8 +2,8 @@
 
 from autobalancer.stability.averaged import explicit_averaged_border as explicit_averaged_border
 from autobalancer.stability.averaged import speed_windows as speed_windows
-from autobalancer.stability.diagrams.branches import bifurcation_curves as bifurcation_curves
-from autobalancer.stability.diagrams.branches import branches as branches
+from autobalancer.stability.branch_diagrams import bifurcation_curves as bifurcation_curves
+from autobalancer.stability.branch_diagrams import branches as branches
 from autobalancer.stability.friction import held_by_friction as held_by_friction
 from autobalancer.stability.maps.curve import border_curve as border_curve
 from autobalancer.stability.maps.curve import minimum_drag as minimum_drag

@@ -13,10 +13,7 @@ import tomli_w
 from nicegui import events, ui
 
 from autobalancer.api import check
-from autobalancer.app.pages.elements import Bench, Changed, hinted, marked, picker, say_refused, toml_editor
-from autobalancer.app.store.jobs import Latest
-from autobalancer.app.store.pictures import svg_of
-from autobalancer.app.text.form_fields import (
+from autobalancer.app.form_fields import (
     USUAL,
     Field,
     fields_of,
@@ -26,7 +23,8 @@ from autobalancer.app.text.form_fields import (
     word_of,
     written,
 )
-from autobalancer.app.text.problems import (
+from autobalancer.app.pages.elements import Bench, Changed, hinted, marked, picker, say_refused, toml_editor
+from autobalancer.app.problems import (
     EMPTY,
     EntryPath,
     data_of,
@@ -37,7 +35,9 @@ from autobalancer.app.text.problems import (
     with_value,
     without,
 )
-from autobalancer.app.text.problems import EntryPath as DocumentPath
+from autobalancer.app.problems import EntryPath as DocumentPath
+from autobalancer.app.store.jobs import Latest
+from autobalancer.app.store.pictures import svg_of
 from autobalancer.catalog import fluids, materials
 from autobalancer.errors import AutobalancerError, spell, unwarned
 from autobalancer.files.examples import example_text, examples

@@ -14,9 +14,9 @@ from fastapi import Request, Response
 from fastapi.responses import PlainTextResponse
 from nicegui import app, ui
 
+from autobalancer.app.problems import EMPTY, LARGEST, Reading, read
 from autobalancer.app.store.jobs import Job, Jobs
 from autobalancer.app.store.kept_runs import LOCAL, user_folder
-from autobalancer.app.text.problems import EMPTY, LARGEST, Reading, read
 from autobalancer.errors import AutobalancerError, ResultError
 from autobalancer.files.examples import example_text
 from autobalancer.safe_file import write_text_safely

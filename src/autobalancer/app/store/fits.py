@@ -19,13 +19,13 @@ from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import machine_text, parse_machine
 from autobalancer.machine import Machine
 from autobalancer.machine.path import unit_at
-from autobalancer.measurement.comparison.pairs import MeasuredRunUp, is_orders
-from autobalancer.measurement.comparison.run_up_fit import MeasuredOrders
+from autobalancer.measurement.pairs import MeasuredRunUp, is_orders
+from autobalancer.measurement.run_up_fit import MeasuredOrders
 from autobalancer.results.folder_store import Shelf
 from autobalancer.results.signals import Signals
 from autobalancer.results.store import save_run
-from autobalancer.rotordynamics.identification.fit import FreeParameter
-from autobalancer.rotordynamics.identification.identify import identify
+from autobalancer.rotordynamics.identify import identify
+from autobalancer.rotordynamics.parameter_fit import FreeParameter
 from autobalancer.safe_file import write_text_safely
 from autobalancer.units import argument
 

@@ -24,7 +24,7 @@ from autobalancer.app.view.packed import packed
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.machine_kinds import machine_kind
-from autobalancer.plots.film.frames import animate
+from autobalancer.plots.film_frames import animate
 from autobalancer.plots.style import DRAWING
 from autobalancer.results.folder_store import Shelf
 from autobalancer.results.store import load_run, save_run

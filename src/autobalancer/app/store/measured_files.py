@@ -22,9 +22,9 @@ import xarray as xr
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError, UnitError
 from autobalancer.files.samples import example_path, sample_names
 from autobalancer.files.text_files import TABLE, TABLES, read_text
-from autobalancer.measurement.signals import formats
-from autobalancer.measurement.signals.form import DIRECTIONS, UNITS, factor_to, quantity_of
-from autobalancer.measurement.signals.formats import RawColumn, RawFile
+from autobalancer.measurement import signal_formats as formats
+from autobalancer.measurement.signal_formats import RawColumn, RawFile
+from autobalancer.measurement.signals import DIRECTIONS, UNITS, factor_to, quantity_of
 from autobalancer.results.folder_store import Shelf
 from autobalancer.results.signals import Signals
 from autobalancer.results.store import NETCDF
@@ -222,8 +222,8 @@ class Measurements(Shelf[Measured]):
         QuestionError
             If a channel is not described well enough, or samples are missing, in the words of the reader.
         """
-        from autobalancer.measurement.comparison.run_up_fit import load_measured
-        from autobalancer.measurement.signals.load import load_signals
+        from autobalancer.measurement.load_signals import load_signals
+        from autobalancer.measurement.run_up_fit import load_measured
 
         entry = self.entry(name)
         key = (name, json.dumps(asdict(entry.reading)))
@@ -246,8 +246,8 @@ class Measurements(Shelf[Measured]):
 
     def preview(self, name: str) -> list[str]:
         """The first lines of a table; of another file what it has."""
-        from autobalancer.measurement.comparison.run_up_fit import load_measured
-        from autobalancer.measurement.signals.formats import read_raw
+        from autobalancer.measurement.run_up_fit import load_measured
+        from autobalancer.measurement.signal_formats import read_raw
 
         path = self.path(name)
         if path.suffix.lower() in TABLES:
@@ -281,7 +281,7 @@ def plain_name(file: str) -> str:
 @cache
 def samples() -> tuple[str, ...]:
     """Measurements of the package that are signals or orders."""
-    from autobalancer.measurement.comparison.run_up_fit import load_measured
+    from autobalancer.measurement.run_up_fit import load_measured
 
     found = []
     for name in sample_names("measurements"):
@@ -304,9 +304,9 @@ def _kind(path: Path) -> tuple[str, Reading]:
     ResultError
         If it holds nothing that was measured.
     """
-    from autobalancer.measurement.comparison.pairs import is_orders
-    from autobalancer.measurement.comparison.run_up_fit import load_measured
-    from autobalancer.measurement.signals.formats import read_raw
+    from autobalancer.measurement.pairs import is_orders
+    from autobalancer.measurement.run_up_fit import load_measured
+    from autobalancer.measurement.signal_formats import read_raw
 
     with NETCDF:
         if path.suffix.lower() == ".nc":
@@ -325,7 +325,7 @@ def _kind(path: Path) -> tuple[str, Reading]:
 
 
 def _kind_of(found: xr.Dataset, file: str) -> str:
-    from autobalancer.measurement.comparison.pairs import is_orders
+    from autobalancer.measurement.pairs import is_orders
 
     if isinstance(found, Signals):
         return "signals"

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.machine import Machine
-from autobalancer.plots.stability.stability_map import map as draw_map
+from autobalancer.plots.stability_map import map as draw_map
 from autobalancer.plots.style import DRAWING, quantity_axis
 from autobalancer.results.display_units import side_text
 from autobalancer.tables import border_cell

@@ -11,12 +11,12 @@ import xarray as xr
 
 from autobalancer.app.view.packed import Packer
 from autobalancer.errors import QuestionError
-from autobalancer.measurement.orders.tacho import rotor_angle
-from autobalancer.measurement.orders.tracking import orders
-from autobalancer.measurement.orders.tracking import vibrations as vibrations_of
-from autobalancer.measurement.spectra.orbit import damping, orbit
-from autobalancer.measurement.spectra.spectrum import order_map, spectrum
-from autobalancer.plots.measured.fits import overlay as overlay_picture
+from autobalancer.measurement.orbit import damping, orbit
+from autobalancer.measurement.spectrum import order_map, spectrum
+from autobalancer.measurement.tacho import rotor_angle
+from autobalancer.measurement.tracking import orders
+from autobalancer.measurement.tracking import vibrations as vibrations_of
+from autobalancer.plots.fits import overlay as overlay_picture
 from autobalancer.plots.signals import damping as damping_picture
 from autobalancer.plots.signals import measured_orbit
 from autobalancer.plots.signals import order_map as map_picture

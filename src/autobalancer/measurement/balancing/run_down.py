@@ -19,8 +19,8 @@ from autobalancer.machine import Machine, Unbalance
 from autobalancer.measurement.balancing.balance import polar_deviations
 from autobalancer.measurement.balancing.runs import Complexes
 from autobalancer.measurement.noise_density import independent
-from autobalancer.measurement.orders.tracking import passed_at, window_of_fit
-from autobalancer.measurement.signals.form import quantity_of
+from autobalancer.measurement.signals import quantity_of
+from autobalancer.measurement.tracking import passed_at, window_of_fit
 from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.rotordynamics.natural_modes import rotor_of
 from autobalancer.rotordynamics.response import response, rubber_of

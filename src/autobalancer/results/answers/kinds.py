@@ -21,7 +21,7 @@ from autobalancer.tables import Column, html_table, text_table
 
 PACKAGE = "autobalancer"
 HOMES = {  # of kinds that are a class, modules, some of them above this one, imported when such an answer is read
-    "Branches": "stability.diagrams.explorer",
+    "Branches": "stability.curve_explorer",
     "ChamberRun": "simulation.chamber.chamber_run",
     "Designed": "studies.design.designs",
     "Ends": "results.answers.studied",

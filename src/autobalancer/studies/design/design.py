@@ -32,7 +32,7 @@ from autobalancer.results.answers.studied import Studied
 from autobalancer.results.display_units import length_text, moment_text
 from autobalancer.results.folder_store import Store
 from autobalancer.results.store import load_run, save_run
-from autobalancer.rotordynamics.receptance.receptances import fit_text
+from autobalancer.rotordynamics.receptances import fit_text
 from autobalancer.simulation.fluid_lag import diffusing_lags
 from autobalancer.stability.friction import OF_RELEASED, held_by_friction
 from autobalancer.studies.design.candidate import (

@@ -23,8 +23,8 @@ from autobalancer.machine.keys import bare_numbers
 from autobalancer.machine.part import Range
 from autobalancer.random_numbers import wilson_interval
 from autobalancer.results.answers.answer import Answer
-from autobalancer.rotordynamics.receptance.rational_fit import receptance
-from autobalancer.rotordynamics.receptance.receptances import (
+from autobalancer.rotordynamics.rational_fit import receptance
+from autobalancer.rotordynamics.receptances import (
     MeasuredRotor,
     hertz,
     load_receptance,

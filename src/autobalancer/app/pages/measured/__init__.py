@@ -1,1 +1,0 @@
-"""Measured data on the page: files and their columns, looks, beside runs, fits."""

@@ -1,1 +1,0 @@
-"""Stability: maps, borders, natural frequencies, responses, branches, basins, and the report of a machine."""

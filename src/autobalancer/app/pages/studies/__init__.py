@@ -1,1 +1,0 @@
-"""Studies and designs on the page: defined, started, watched, resumed, and what came out."""

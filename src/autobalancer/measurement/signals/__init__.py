@@ -1,1 +1,0 @@
-"""Measured signals: their form, and the files from which they are read."""

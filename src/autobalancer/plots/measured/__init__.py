@@ -1,1 +1,0 @@
-"""Pictures of laws and measurements: drag, equilibrium angles, receptances, fits, flow."""

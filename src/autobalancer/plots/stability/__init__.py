@@ -1,1 +1,0 @@
-"""Pictures of stability: growth rates, borders, maps, branches, basins."""

@@ -1,1 +1,0 @@
-"""Parameters of a machine from what was measured on it."""

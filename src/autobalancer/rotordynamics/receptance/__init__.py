@@ -1,1 +1,0 @@
-"""Measured receptances: files, and modes fitted to them."""

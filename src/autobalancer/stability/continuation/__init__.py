@@ -1,1 +1,0 @@
-"""Curves of steady states over a parameter, their special points, and curves of these over two parameters."""

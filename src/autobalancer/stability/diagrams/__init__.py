@@ -1,1 +1,0 @@
-"""All connected curves of a machine over one or two parameters, as labeled arrays."""
