@@ -299,7 +299,7 @@ def test_public_functions_name_their_arguments_in_their_docstrings() -> None:
 
 
 def test_there_are_at_most_so_many_public_names() -> None:
-    assert len(PUBLIC) <= 199
+    assert len(PUBLIC) <= 200
 
 
 def test_the_reference_lists_the_table_of_public_names() -> None:

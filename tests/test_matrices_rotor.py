@@ -18,7 +18,7 @@ from autobalancer.errors import MachineFileError
 from autobalancer.files.examples import example_text
 from autobalancer.files.machine_file import machine_text, parse_race_machine
 from autobalancer.machine import Machine
-from autobalancer.simulation.input_remarks import input_notes
+from autobalancer.simulation.remarks import input_notes
 
 TEXT = example_text("cfrp_rig").replace(
     'position = "275.72 mm"', 'position = "180 mm"'

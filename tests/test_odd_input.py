@@ -12,7 +12,7 @@ from autobalancer.cli.main import app
 from autobalancer.files.machine_file import balls_in_chambers, load_machine
 from autobalancer.machine.keys import bare_numbers
 from autobalancer.simulation.chamber.chamber_summary import chamber_summary
-from autobalancer.simulation.input_remarks import input_notes
+from autobalancer.simulation.remarks import input_notes
 from autobalancer.studies.design.design import designs_dataset
 from autobalancer.studies.design.design_file import read_spec
 

@@ -29,6 +29,7 @@ from autobalancer.plots.film_frames import animate as animate
 from autobalancer.reporting.report import report as report
 from autobalancer.results.store import load_run as load_run
 from autobalancer.results.store import save_run as save_run
+from autobalancer.simulation.balancer_element import balancer_element as balancer_element
 from autobalancer.simulation.record import Envelope as Envelope
 from autobalancer.simulation.record import Event as Event
 from autobalancer.simulation.record import LastRevolutions as LastRevolutions
@@ -53,6 +54,7 @@ __all__ = [
     "SampleTimes",
     "Samples",
     "animate",
+    "balancer_element",
     "basin",
     "catalog",
     "chamber",

@@ -62,7 +62,7 @@ def _options(
 ) -> None:
     """Automatic ball balancers: describe the machine, simulate it, see what the balls do."""
     if load:
-        from autobalancer.files.own_plugins import load as load_file
+        from autobalancer.machine.plugins import load as load_file
 
         for file in load:
             load_file(file)

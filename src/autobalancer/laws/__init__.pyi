@@ -5,7 +5,6 @@ from autobalancer.drag.discoidal import discoidal as discoidal
 from autobalancer.drag.free_sphere import free_sphere as free_sphere
 from autobalancer.drag.race_geometry import race_geometry as race_geometry
 from autobalancer.drag.sphere_on_plane import sphere_on_plane as sphere_on_plane
-from autobalancer.files.own_plugins import load as load
 from autobalancer.laws.capabilities import balance_grade as balance_grade
 from autobalancer.laws.capabilities import capability as capability
 from autobalancer.laws.capabilities import largest_count as largest_count
@@ -26,6 +25,7 @@ from autobalancer.laws.stall import planar_receptance as planar_receptance
 from autobalancer.laws.stall import rest_interval as rest_interval
 from autobalancer.laws.stall import stall_balance as stall_balance
 from autobalancer.laws.stall import stall_ranges as stall_ranges
+from autobalancer.machine.plugins import load as load
 from autobalancer.machine.plugins import register as register
 
 __all__ = [

@@ -10,20 +10,25 @@ The mathematics of a leaf are static methods that are functions of numbers; noth
 from __future__ import annotations
 
 import pkgutil
+import sys
+import traceback
 from collections.abc import Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, ClassVar, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
-from autobalancer.errors import MachineError
+from autobalancer.errors import MachineError, QuestionError
 from autobalancer.machine.part import Part
+from autobalancer.safe_file import as_path, not_to_read
 from autobalancer.units import shortened
 
 Some = TypeVar("Some", bound="type[Leaf]")
@@ -258,3 +263,57 @@ class OneOf:
 
 def _core(part: type[BaseModel]) -> CoreSchema:
     return part.__pydantic_core_schema__
+
+
+# Files in Python with leaves of one's own, executed because the user names them.
+
+
+def load(path: str | Path) -> list[type[Leaf]]:
+    """Execute a Python file and register all forces, drag laws, friction laws, joints and shear laws that it defines.
+
+    A machine file never executes anything; this function does because it is asked to, as the option ``--load`` of the command
+    line.
+
+    Parameters
+    ----------
+    path
+        A file that defines classes such as those on the page on forces.
+
+    Returns
+    -------
+    list of type
+        The classes, which machine files now may name.
+
+    Raises
+    ------
+    QuestionError
+        If the file cannot be read or executed, defines none, or one that was written for another version or has the name of
+        a built-in one.
+    """
+    path = as_path(path).resolve()
+    if missing := not_to_read(path):
+        raise QuestionError(f"{path}: {missing}")
+    name = f"own_{path.stem}"
+    spec = spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise QuestionError(f"{path}: is not a Python file; its name must end in .py")
+    module = module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except (Exception, SystemExit) as reason:
+        del sys.modules[name]
+        places = [entry.lineno for entry in traceback.extract_tb(reason.__traceback__) if entry.filename == str(path)]
+        line = getattr(reason, "lineno", None) or (places[-1] if places else None)
+        where = f"line {line}: " if line else ""
+        raise QuestionError(f"{path}: {where}{type(reason).__name__}: {reason}") from None
+    own = [value for value in vars(module).values() if isinstance(value, type) and value.__module__ == name]
+    leaves = [value for value in own if issubclass(value, Leaf) and value.word()]
+    if not leaves:
+        raise QuestionError(
+            f"{path}: defines no force, drag law, friction law, joint or shear law: no class with a word for machine files"
+        )
+    try:
+        return [register(leaf) for leaf in leaves]
+    except MachineError as reason:
+        raise QuestionError(f"{path}: {str(reason).removeprefix('register: ')}") from None

@@ -35,7 +35,6 @@ from autobalancer.results.run_arrays import HELD_AT, VARIABLES, Impacts, bins_of
 from autobalancer.results.time_series import plain, static_load
 from autobalancer.simulation import ONE_RUN, RunOptions, run_duration, run_options
 from autobalancer.simulation.fluid_lag import KnownLags, fluid_lags
-from autobalancer.simulation.input_remarks import critical_attributes
 from autobalancer.simulation.record import (
     Envelope,
     Event,
@@ -45,7 +44,7 @@ from autobalancer.simulation.record import (
     record_for,
     turns_complete,
 )
-from autobalancer.simulation.remarks import Ended, remarks
+from autobalancer.simulation.remarks import Ended, critical_attributes, remarks
 from autobalancer.simulation.saved import run_dataset
 from autobalancer.simulation.steppers import Stepper, stepper_for
 from autobalancer.units import shortened

@@ -44,7 +44,7 @@ from autobalancer.machine import Machine
 from autobalancer.progress import OutOfTime, question
 from autobalancer.results.display_units import force_text, length_text, moment_text, significant, velocity_text
 from autobalancer.simulation.fluid_lag import diffusing_lags
-from autobalancer.simulation.input_remarks import input_notes
+from autobalancer.simulation.remarks import input_notes
 from autobalancer.stability.border import Border
 from autobalancer.stability.friction import OF_RELEASED, HeldByFriction, held_by_friction
 from autobalancer.stability.host.stations import (

@@ -43,9 +43,8 @@ from autobalancer.results.time_series import hanging
 from autobalancer.safe_file import as_path
 from autobalancer.simulation import MANY_RUNS, STEPPED, ManyRunOptions, SteppedOptions, run_options
 from autobalancer.simulation.fluid_lag import prepare
-from autobalancer.simulation.input_remarks import critical_attributes
 from autobalancer.simulation.record import record_for
-from autobalancer.simulation.remarks import CURE, free_groups, pairs_together, parting_rate
+from autobalancer.simulation.remarks import CURE, critical_attributes, free_groups, pairs_together, parting_rate
 from autobalancer.simulation.run import outcome
 from autobalancer.simulation.steppers import LongSteps, long_steps, stepper_for
 from autobalancer.units import argument, list_argument, optional_argument
