@@ -187,6 +187,7 @@ WIDE = (
     'simulate stall_and_release.toml --duration "0.2 s"',
     'simulate deep_chamber.toml --duration "0.05 s"',
     "example",
+    "recipe",
     "keys",
     "keys balancers.races",
     "run-measures stall.nc",

@@ -9,6 +9,7 @@ from typing import Any
 import typer
 
 from autobalancer.cli import app
+from autobalancer.files.samples import RECIPES, sample_files, sample_names
 from autobalancer.namespace import function_of
 
 HEAD = "| {} | meaning | default |\n|---|---|---|\n"
@@ -16,7 +17,7 @@ HEAD = "| {} | meaning | default |\n|---|---|---|\n"
 
 def pages() -> dict[str, str]:
     """What the documentation includes."""
-    return {"commands.md": commands(), "commands_and_functions.md": functions()}
+    return {"commands.md": commands(), "commands_and_functions.md": functions(), "recipes.md": recipes()}
 
 
 def commands() -> str:
@@ -28,8 +29,14 @@ def functions() -> str:
     """The public function of each command: its last word."""
     paths = [path.removeprefix("autobalancer ") for path, _ in _walk("autobalancer", typer.main.get_command(app))]
     return "| command | in Python |\n|---|---|\n" + "".join(
-        f"| `{path}` | `ab.{function_of(path)}` |\n" for path in paths
+        f"| `{path}` | {f'`ab.{function_of(path)}`' if function_of(path) else '–'} |\n" for path in paths
     )
+
+
+def recipes() -> str:
+    """The recipes that come with the package, each a section."""
+    pages = (sample_files(name, RECIPES)[0].read_text(encoding="utf-8") for name in sample_names(*RECIPES))
+    return "\n".join(f"#{page}" for page in pages)
 
 
 def _walk(path: str, command: Any) -> Iterator[tuple[str, Any]]:

@@ -1,4 +1,4 @@
-"""``autobalancer example``: the sample machines, rigs and measurements that come with the package."""
+"""``autobalancer example`` and ``recipe``: what comes with the package; ``keys``: what a file may contain."""
 
 from __future__ import annotations
 
@@ -33,31 +33,73 @@ def example(
 
     Example: autobalancer example discoidal
     """
+    from autobalancer.files.samples import KINDS
+
+    if not (names or everything):
+        return _list()
+    return _samples(KINDS, names or [], out, everything, show or as_json)
+
+
+@command(out=None, csv=False, topic="Files and results")
+def recipe(
+    names: Annotated[
+        list[str] | None, typer.Argument(help='Such as "choose_the_oil"; without one all are listed.')
+    ] = None,
+    out: Annotated[Path | None, "Folder to write to."] = None,
+    everything: Annotated[bool, typer.Option("--all", help="Write all of them.")] = False,
+    show: Annotated[bool, typer.Option("--print", help="Print the recipe and write nothing.")] = False,
+    as_json: bool = False,
+) -> Reply:
+    """List recipes for common tasks, or write some with their samples: question, commands, expected answer.
+
+    Example: autobalancer recipe stalled_drum
+    """
+    from dataclasses import asdict
+
+    from autobalancer.files.samples import RECIPES, sample_names
+    from autobalancer.files.samples import recipe as find
+    from autobalancer.tables import Column
+
+    if not (names or everything):
+        found = [find(name) for name in sample_names(*RECIPES)]
+        columns = [
+            Column(head, [getattr(one, head) for one in found], wraps=head != "name") for head in ("name", "title")
+        ]
+        plain = [{"name": one.name, "title": one.title, "question": one.question} for one in found]
+        last = "Read one: autobalancer recipe NAME --print; write it with its samples: autobalancer recipe NAME"
+        return Reply(None, plain, "Recipes", columns=columns, last=last)
+    reply = _samples(RECIPES, names or [], out, everything, show or as_json)
+    if as_json:
+        one = find(*(names or []))
+        reply.json = {**asdict(one), "samples": list(one.samples)}
+    return reply
+
+
+def _samples(kinds: tuple[str, ...], names: list[str], out: Path | None, everything: bool, show: bool) -> Reply:
+    """Samples of some kinds shown or written."""
     import tomllib
 
     from autobalancer.errors import QuestionError
-    from autobalancer.files.samples import KINDS, sample_files, sample_names, write_example
+    from autobalancer.files.samples import sample_files, sample_names, write_example
     from autobalancer.safe_file import write_text_safely
 
-    wanted = [name for kind in KINDS for name in sample_names(kind)] if everything else names or []
-    if not wanted:
-        return _list()
-    if show or as_json:
+    wanted = [name for kind in kinds for name in sample_names(kind)] if everything else names
+    if show:
         if len(wanted) > 1:
             raise QuestionError(f"--print, --json: given {len(wanted)} names; must be one")
-        sample = sample_files(wanted[0])[0]
+        sample = sample_files(wanted[0], kinds)[0]
         text = sample.read_text(encoding="utf-8")
         return Reply(
             None, tomllib.loads(text) if sample.suffix == ".toml" else text.splitlines(), code=text.rstrip("\n")
         )
     if out is not None and out.suffix:
-        if len(wanted) > 1 or len(sample_files(wanted[0])) > 1:
+        if len(wanted) > 1 or len(sample_files(wanted[0], kinds)) > 1:
             raise QuestionError(f"--out: given {out}; must be a folder for several files")
-        sample = sample_files(wanted[0])[0]
+        sample = sample_files(wanted[0], kinds)[0]
         check_suffix("--out", out, (sample.suffix,))
         written = [write_text_safely(out, sample.read_text(encoding="utf-8"))]
     else:
-        written = [path for name in wanted for path in write_example(name, out or Path())]
+        written = list(dict.fromkeys(path for name in wanted for path in write_example(name, out or Path(), kinds)))
     return Reply(None, code="\n".join(f"written: {path}" for path in written))
 
 

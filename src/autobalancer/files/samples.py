@@ -1,8 +1,11 @@
-"""The files that come with the package: sample machines, published rigs, measurements."""
+"""The files that come with the package: sample machines, published rigs, measurements, and recipes that work with them."""
 
 from __future__ import annotations
 
+import re
+import shlex
 import tomllib
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
@@ -11,6 +14,7 @@ from autobalancer.safe_file import write_text_safely
 
 _DATA = Path(str(files("autobalancer"))) / "catalog" / "data"
 KINDS = ("machines", "rigs", "measurements", "studies", "designs")
+RECIPES = ("recipes",)
 NAMING = ("studies", "designs")  # kinds whose files name a machine
 
 
@@ -19,22 +23,25 @@ def sample_names(kind: str) -> tuple[str, ...]:
     return tuple(sorted({path.stem for path in _files(kind)}))
 
 
-def sample_files(name: str) -> tuple[Path, ...]:
-    """The files of a sample; a table that belongs to a file comes behind it, and so does what a study or a design names.
+def sample_files(name: str, kinds: tuple[str, ...] = KINDS) -> tuple[Path, ...]:
+    """The files of a sample; a table that belongs to a file comes behind it, and so does what a study, design or recipe names.
 
     Raises
     ------
     CatalogError
         If there is no sample of this name.
     """
-    sample_files = [path for kind in KINDS for path in _files(kind) if path.stem == name]
-    if not sample_files:
-        known = "; ".join(f"{kind} {', '.join(sample_names(kind))}" for kind in KINDS)
-        raise CatalogError(f"no sample is called {name!r}; there are {known}")
-    sample_files.sort(key=lambda path: (path.suffix != ".toml", path.suffix))
-    requested = [tomllib.loads(path.read_text(encoding="utf-8")) for path in sample_files if path.parent.name in NAMING]
+    found = [path for kind in kinds for path in _files(kind) if path.stem == name]
+    if not found:
+        known = "; ".join(f"{kind} {', '.join(sample_names(kind))}" for kind in kinds)
+        noun = "recipe" if kinds == RECIPES else "sample"
+        raise CatalogError(f"no {noun} is called {name!r}; there are {known}")
+    if kinds == RECIPES:
+        return (*found, *(path for sample in recipe(name).samples for path in sample_files(sample)))
+    found.sort(key=lambda path: (path.suffix != ".toml", path.suffix))
+    requested = [tomllib.loads(path.read_text(encoding="utf-8")) for path in found if path.parent.name in NAMING]
     named = {one["machine"] for one in requested} | {one["rotor"]["receptance"] for one in requested if "rotor" in one}
-    return (*sample_files, *(path for kind in KINDS[:3] for path in _files(kind) if path.name in named))
+    return (*found, *(path for kind in KINDS[:3] for path in _files(kind) if path.name in named))
 
 
 def example_path(name: str) -> Path:
@@ -53,15 +60,17 @@ def example_path(name: str) -> Path:
     return sample_files(name)[0]
 
 
-def write_example(name: str, folder: str | Path = ".") -> tuple[Path, ...]:
-    """Copy the file of a sample, and a table that belongs to it, into a folder.
+def write_example(name: str, folder: str | Path = ".", kinds: tuple[str, ...] = KINDS) -> tuple[Path, ...]:
+    """Copy the file of a sample, and what belongs to it, into a folder.
 
     Parameters
     ----------
     name
-        Of a sample machine, a published rig or a measurement.
+        Of a sample machine, a published rig, a measurement or, with these ``kinds``, a recipe.
     folder
         Is made if there is none.
+    kinds
+        Among which it is sought.
 
     Returns
     -------
@@ -75,7 +84,7 @@ def write_example(name: str, folder: str | Path = ".") -> tuple[Path, ...]:
     QuestionError
         If a file of the same name with another content is there.
     """
-    texts = {Path(folder) / path.name: path.read_text(encoding="utf-8") for path in sample_files(name)}
+    texts = {Path(folder) / path.name: path.read_text(encoding="utf-8") for path in sample_files(name, kinds)}
     for path, text in texts.items():
         if path.exists() and not (path.is_file() and path.read_bytes() == text.encode()):
             raise QuestionError(
@@ -102,4 +111,58 @@ def sample_hint(path: Path) -> str:
 
 
 def _files(kind: str) -> list[Path]:
-    return [path for path in sorted((_DATA / kind).iterdir()) if path.suffix in (".toml", ".csv")]
+    return [path for path in sorted((_DATA / kind).iterdir()) if path.suffix in (".toml", ".csv", ".md")]
+
+
+# Recipes: a question, commands with what their output has in it, and the answer, as a page that people and programs read.
+
+
+@dataclass(frozen=True)
+class Step:
+    """A command, or lines of Python, and texts that its output has in it: words and numbers, blanks do not count."""
+
+    command: str
+    expected: tuple[str, ...]
+    python: bool = False
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """A page with a title, a question, steps and an answer."""
+
+    name: str
+    title: str
+    question: str
+    steps: tuple[Step, ...]
+    answer: str
+
+    @property
+    def samples(self) -> tuple[str, ...]:
+        """The samples that its commands write."""
+        words = [shlex.split(step.command) for step in self.steps if step.command.startswith("autobalancer example ")]
+        return tuple(dict.fromkeys(name for line in words for name in line[2:]))
+
+
+def recipe(name: str) -> Recipe:
+    """The recipe of this name, read.
+
+    Raises
+    ------
+    CatalogError
+        If there is none.
+    """
+    path = next((path for path in _files(RECIPES[0]) if path.stem == name), None)
+    if path is None:
+        raise CatalogError(f"no recipe is called {name!r}; there are {', '.join(sample_names(RECIPES[0]))}")
+    head, *blocks = re.split(
+        r"^```(\w*)\n(.*?)^```\n", path.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL
+    )
+    title, _, question = head.removeprefix("# ").partition("\n")
+    steps: list[Step] = []
+    for language, block in zip(blocks[::3], blocks[1::3], strict=True):
+        if language == "python":
+            steps.append(Step(block, tuple(re.findall(r"^print\(.*\)  # (.*)$", block, re.MULTILINE)), python=True))
+        for typed in block.split("$ ")[1:] if language == "console" else ():
+            command, *expected = typed.replace("\\\n", " ").splitlines()
+            steps.append(Step(command, tuple(filter(None, expected))))
+    return Recipe(name, title, " ".join(question.split()), tuple(steps), blocks[-1].strip())
