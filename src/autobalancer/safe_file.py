@@ -64,7 +64,9 @@ def write_safely(path: str | Path, write: Callable[[Path], Any]) -> Path:
         unfinished = _beside(place)
         try:
             write(unfinished)
-            _to_disk(unfinished)
+            # all of it is on the disk before it takes its name
+            with unfinished.open("rb+") as file:
+                os.fsync(file.fileno())
             if place.exists():  # as many people may read it as before
                 os.chmod(unfinished, stat.S_IMODE(place.stat().st_mode))
             os.replace(unfinished, place)
@@ -159,11 +161,6 @@ def _place(path: Path) -> Path:
     if place.exists() and not place.is_file():
         raise ResultError(f"{path}: is a device or a pipe; give the name of a file")
     return place
-
-
-def _to_disk(path: Path) -> None:
-    with path.open("rb+") as file:
-        os.fsync(file.fileno())
 
 
 @contextlib.contextmanager

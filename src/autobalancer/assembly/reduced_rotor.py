@@ -179,7 +179,7 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False)
     if top is None:
         top = min(2.0 * still[min(2, len(still) - 1)] if still else 1000.0, model.top_speed)
     # a basis of few coordinates that carries the motion at all places
-    loads = _loads(machine, model)
+    loads = [unbalance_shape(machine, model, number) for number in range(len(machine.unbalances))]
     reducer = _reducer(frame, model, max(top, 1.0), getattr(machine.rotor, "modes", None))
     reduction = reducer.carrying(sum(loads, np.zeros(model.pairs, np.complex128)))
     small = _small(frame, model, reduction.basis)
@@ -200,10 +200,6 @@ def spatial_parts(machine: Machine, balls: tuple[Ball, ...], held: bool = False)
         gyroscopic_shares=shares,
         frequency=max(still, default=1.0),
     )
-
-
-def _loads(machine: Machine, model: LateralModel) -> list[Complexes]:
-    return [unbalance_shape(machine, model, number) for number in range(len(machine.unbalances))]
 
 
 def _shapes(model: LateralModel, basis: Matrix, loads: list[Complexes]) -> Complexes:

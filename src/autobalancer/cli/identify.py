@@ -50,8 +50,12 @@ def identify(
     chi = (
         f"chi square {about['chi_square']:.4g}, {about['degrees_of_freedom']} degrees of freedom, rank {about['rank']}"
     )
+    # netCDF knows neither lists of texts as attributes nor booleans
+    plain = data.copy()
+    plain.attrs["notes"] = "\n".join(data.attrs["notes"])
+    plain["at_bound"] = plain["at_bound"].astype("int8")
     return Reply(
-        _storable(data),
+        plain,
         {str(name): data[name].values for name in chosen} | {name: about[name] for name in keys},
         about["title"],
         (),
@@ -71,14 +75,6 @@ def _free(text: str, machine: Machine) -> FreeParameter:
 
     path, span = named_range("--free", text, "from:to")
     return FreeParameter(path, *ends("--free", span, unit_of("--free", path, machine)))
-
-
-def _storable(data: xr.Dataset) -> xr.Dataset:
-    """netCDF knows neither lists of texts as attributes nor booleans."""
-    plain = data.copy()
-    plain.attrs["notes"] = "\n".join(data.attrs["notes"])
-    plain["at_bound"] = plain["at_bound"].astype("int8")
-    return plain
 
 
 def _parameters(data: xr.Dataset) -> list[Column]:

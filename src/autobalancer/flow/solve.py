@@ -50,7 +50,15 @@ def by_solver(
     chosen, uncertainty = chosen_points(annulus, seen, points, error), 0.0
     kept: list[Fields] = []
     if points is None:
-        _affordable(annulus, seen, chosen)
+        # refuse what takes too long
+        time = seconds(seen, chosen)
+        if time > LONGEST:
+            raise QuestionError(
+                f"flow: fluid of {1e6 * annulus.viscosity:.3g} mm^2/s would lag by about {seen.lag * seen.fastest:.3g} rad/s, a "
+                f"turbulent flow that takes {chosen[0]}x{chosen[1]} points and about {time / 60.0:.0f} minutes; speed up more "
+                "slowly, shorten the duration, or take the model 'modes' (fluid.lag = 'modes'), which overestimates the lag; "
+                f"'points' (--points {chosen[0]}x{chosen[1]}) starts it anyway"
+            )
     flow, track = _resolved(annulus, walls, end, moments, seen, chosen, points is None, error, kept, progress)
     if seen.unsteady and points is None:
         uncertainty = _uncertainty(flow, track, walls, end, seen, SHARES[flow.order] * error)
@@ -122,17 +130,6 @@ def _fields(flow: SpectralFlow, walls: WallSpeed, time: float) -> Fields:
     r = flow.radius[:, None]
     speed = walls.at(time)[0]
     return flow.swirl / r**2, flow.stream.copy(), flow.vorticity / r, flow.torque(), flow.momentum(speed)
-
-
-def _affordable(annulus: Annulus, seen: Expected, points: tuple[int, int]) -> None:
-    time = seconds(seen, points)
-    if time > LONGEST:
-        raise QuestionError(
-            f"flow: fluid of {1e6 * annulus.viscosity:.3g} mm^2/s would lag by about {seen.lag * seen.fastest:.3g} rad/s, a "
-            f"turbulent flow that takes {points[0]}x{points[1]} points and about {time / 60.0:.0f} minutes; speed up more "
-            "slowly, shorten the duration, or take the model 'modes' (fluid.lag = 'modes'), which overestimates the lag; "
-            f"'points' (--points {points[0]}x{points[1]}) starts it anyway"
-        )
 
 
 def _uncertainty(

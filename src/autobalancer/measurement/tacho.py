@@ -340,7 +340,12 @@ class _Fit:
 
     def solved(self, power: float) -> tuple[Floats, Floats, Floats]:
         """Coefficients, leverage of the pulses that are tried, residuals of all pulses in units of the clock."""
-        band = _lower_band((self.gram + 10.0**power * self.rough).tocsr(), DEGREE)
+        # the lower band of the normal equations
+        matrix = (self.gram + 10.0**power * self.rough).tocsr()
+        band = np.zeros((DEGREE + 1, matrix.shape[0]))
+        for k in range(DEGREE + 1):
+            diagonal = matrix.diagonal(-k)
+            band[k, : diagonal.size] = diagonal
         factor = cholesky_banded(band, lower=True)
         solution = cho_solve_banded((factor, True), self.right)
         rows = self.design[self.tried].toarray()
@@ -368,14 +373,6 @@ def _derivative(knots: Floats, degree: int, times: int) -> sparse.csr_array:
         total = one @ total
         knots, degree, count = knots[1:-1], degree - 1, count - 1
     return total.tocsr()
-
-
-def _lower_band(matrix: sparse.csr_array, width: int) -> Floats:
-    band = np.zeros((width + 1, matrix.shape[0]))
-    for k in range(width + 1):
-        diagonal = matrix.diagonal(-k)
-        band[k, : diagonal.size] = diagonal
-    return band
 
 
 # Pulses of a tacho: instants at which its signal crosses a threshold, and those that are missing or too many.

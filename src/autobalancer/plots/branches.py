@@ -110,7 +110,7 @@ def branches(
             degrees = AxisUnit("°", 180.0 / math.pi)
             _draw(panels[1], branches, across, degrees, "ball_angle_in_rotor_min", "ball_angle_in_rotor_max")
             panels[1].set_ylabel("ball angle in the rotor (°)")
-            panels[1].yaxis.set_major_locator(_degrees())
+            panels[1].yaxis.set_major_locator(MaxNLocator(nbins=7, steps=[1, 1.5, 3, 4.5, 6, 9, 10]))
             if stalls:
                 text = "stalled balls circle in the rotor: no line here"
                 panels[1].set_title(text, loc="right", size=8.0, weight="normal", color="#606060")
@@ -229,10 +229,6 @@ def _explained(data: xr.Dataset) -> list[Line2D]:
         size = 9.0 if marker == "*" else 5.5
         handles.append(Line2D([], [], ls="", marker=marker, ms=size, mfc=face, mec=INK, mew=0.9, label=text))
     return handles
-
-
-def _degrees() -> MaxNLocator:
-    return MaxNLocator(nbins=7, steps=[1, 1.5, 3, 4.5, 6, 9, 10])
 
 
 # Branches too narrow to be read in a picture of a wide range: letters on it, and panels of their own.

@@ -153,7 +153,9 @@ class ChamberView:
         seen = self.camera.seen(self.poses.balls[k] + shift)
         order = np.argsort(seen[:, 2])
         radius = self.poses.radius[order]
-        base = _color_map()(self.colors(self.poses.speed[k][order]))
+        import matplotlib
+
+        base = matplotlib.colormaps[COLORS](self.colors(self.poses.speed[k][order]))
         shine = base.copy()
         shine[:, :3] = 0.45 * base[:, :3] + 0.55
         if self.poses.length.any():
@@ -203,12 +205,6 @@ def _split(rim: Floats, away: Floats) -> list[tuple[Floats, bool]]:
     cuts = np.flatnonzero(np.diff(visible.astype(int))) + 1
     edges = [0, *cuts.tolist(), rim.shape[0]]
     return [(rim[max(a - 1, 0) : b], bool(visible[a])) for a, b in pairwise(edges)]
-
-
-def _color_map() -> Any:
-    import matplotlib
-
-    return matplotlib.colormaps[COLORS]
 
 
 def poses_of(

@@ -251,7 +251,11 @@ def campbell(found: RunArgument, *, speed_unit: str = "rpm", frequency_unit: str
         _crossings(axes, found, across, up)
         axes.set_xlabel(f"rotor speed ({across.sign})")
         axes.set_ylabel(f"natural frequency ({up.sign})")
-        _explain(axes, found)
+        # names of the colors
+        drawn = found["whirl"].values[:, 1:]  # a piece of a branch has the color of its end
+        words = [word for word in WHIRL if (drawn == word).any()]
+        handles = [Line2D([], [], color=WHIRL[word], lw=2.0, label=word) for word in words]
+        legend(axes, handles)
     return figure
 
 
@@ -393,13 +397,6 @@ def _crossings(axes: Axes, dataset: xr.Dataset, across: AxisUnit, up: AxisUnit) 
         written.append((w, h))
         text = significant(w * across.factor) if w * across.factor < 1e3 else f"{w * across.factor:.0f}"
         label_point(axes, text, w * across.factor, h * w * up.factor, size=8.0)
-
-
-def _explain(axes: Axes, dataset: xr.Dataset) -> None:
-    drawn = dataset["whirl"].values[:, 1:]  # a piece of a branch has the color of its end
-    words = [word for word in WHIRL if (drawn == word).any()]
-    handles = [Line2D([], [], color=WHIRL[word], lw=2.0, label=word) for word in words]
-    legend(axes, handles)
 
 
 # Mode shapes along the axis.

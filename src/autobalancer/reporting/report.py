@@ -584,7 +584,7 @@ def _slip(page: Section, balls: tuple[Ball, ...], summary: Summary, run: xr.Data
     if "ball_speed_in_space" not in run or not run.sizes.get("time", 0) or not summary.critical_speeds:
         return
     time, rotor = run["time"].values, run["speed"].values
-    own = _by_time(run["ball_speed_in_space"])
+    own = np.asarray(run["ball_speed_in_space"].transpose("time", "ball").values, np.float64)
     pressed = np.abs(own) > PRESSED * summary.critical_speeds[0]
     rate = np.gradient(own - rotor[:, None], time, axis=0)
     rows = []
@@ -621,10 +621,6 @@ def _slip(page: Section, balls: tuple[Ball, ...], summary: Summary, run: xr.Data
 
 def _share(share: float) -> str:
     return f"{significant(100.0 * share)} %" if share > LEAST else f"< {100.0 * LEAST:g} %"
-
-
-def _by_time(values: Any) -> np.ndarray:
-    return np.asarray(values.transpose("time", "ball").values, np.float64)
 
 
 # The page of small changes: what a tenth more or less of a number of a machine does, and so which must be known well.

@@ -76,7 +76,11 @@ def save_run(run: xr.Dataset, path: str | Path, *, rescue: bool = False) -> Path
 def _write(run: xr.Dataset, path: Path) -> Path:
     kind = path.suffix.lower()
     if kind == ".nc":
-        whole = _with_kind(run)
+        # with what a file must say so that it comes back as it was: netCDF turns a list of one into a scalar
+        lists = [str(key) for key, value in run.attrs.items() if isinstance(value, (list, tuple))]
+        empty = {key: "" for key in lists if not run.attrs[key]}
+        kept = {"source": provenance()["source"], **run.attrs, **empty}
+        whole = run.assign_attrs(kept | {KIND: _kind_of(run), LISTED: " ".join(lists)})
         with NETCDF:
             return write_safely(path, lambda file: whole.to_netcdf(file, engine="netcdf4"))
     if kind in UNIVERSAL:
@@ -85,14 +89,6 @@ def _write(run: xr.Dataset, path: Path) -> Path:
         ready_to_write(path)  # a device or a folder is named as such
         raise ResultError(f"{path}: results are written as .nc, .csv or .json; end the name with one of these")
     return write_text_safely(path, WRITERS[kind](run))
-
-
-def _with_kind(run: xr.Dataset) -> xr.Dataset:
-    """With what a file must say so that it comes back as it was: netCDF turns a list of one into a scalar."""
-    lists = [str(key) for key, value in run.attrs.items() if isinstance(value, (list, tuple))]
-    empty = {key: "" for key in lists if not run.attrs[key]}
-    kept = {"source": provenance()["source"], **run.attrs, **empty}
-    return run.assign_attrs(kept | {KIND: _kind_of(run), LISTED: " ".join(lists)})
 
 
 def _kind_of(dataset: xr.Dataset) -> str:

@@ -188,7 +188,9 @@ class Form:
     def _fields(self, part: type[Part], path: EntryPath, data: dict[str, Any]) -> None:
         """The keys of one table, and below them its tables."""
         fields = fields_of(part)
-        asked = _form_keys(part, data)
+        # optional keys of a part that a form asks for: one of several ways to say what has to be said, and none is taken yet
+        groups = ALTERNATIVES.get(part.__name__, ())
+        asked = {key for keys, others in groups if not {*keys, *others} & set(data) for key in keys}
         given = [
             field
             for field in fields
@@ -440,12 +442,6 @@ def _chosen(parts: tuple[type[Part], ...], data: Any) -> type[Part] | None:
         return parts[0]
     given = data if isinstance(data, dict) else {}
     return next((part for part in parts if given.get(tag_of(part)) == word_of(part)), None)
-
-
-def _form_keys(part: type[Part], data: dict[str, Any]) -> set[str]:
-    """Optional keys of a part that a form asks for: one of several ways to say what has to be said, and none is taken yet."""
-    groups = ALTERNATIVES.get(part.__name__, ())
-    return {key for keys, others in groups if not {*keys, *others} & set(data) for key in keys}
 
 
 def _root_of(data: dict[str, Any]) -> type[Part]:

@@ -245,7 +245,8 @@ class StudyResult:
     def _again(self) -> None:
         """Another quantity or point."""
         self._tell()
-        if self.kind and (self.quantity.value or not _needs_quantity(self.kind)):
+        # whether a picture shows one quantity
+        if self.kind and (self.quantity.value or self.kind not in (kept.OVER, kept.DRIVES)):
             self._draw(self.kind)
 
     def _draw(self, kind: str) -> None:
@@ -269,11 +270,6 @@ def _default_quantity(found: Studied, known: dict[str, str]) -> str:
     asked = np.atleast_1d(found.attrs.get("show", [])).astype(str).tolist()
     differs = [name for name in known if np.unique(found[name].values.astype(float)).size > 1]
     return next((name for name in (*asked, "balanced", *differs, *known) if name in known), "")
-
-
-def _needs_quantity(kind: str) -> bool:
-    """Whether a picture shows one quantity."""
-    return kind in (kept.OVER, kept.DRIVES)
 
 
 # What came out of a design, or is known so far: the ranked designs, their Pareto front, what was ruled out and why.

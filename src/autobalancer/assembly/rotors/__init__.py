@@ -67,11 +67,8 @@ def lateral_model(machine: Machine) -> LateralModel:
     MachineError
         If the rotor is not possible as described: disconnected, without mass, a place that does not exist.
     """
-    return _with_hardening(machine, spring_model(machine))
-
-
-def _with_hardening(machine: Machine, model: LateralModel) -> LateralModel:
-    """The rotor with the stiffness that its bearings add where it rests."""
+    # the rotor with the stiffness that its bearings add where it rests
+    model = spring_model(machine)
     more = np.zeros_like(model.mass)
     for place in hard_places(machine, model):
         more += place.rows.T @ place.stiffness @ place.rows

@@ -121,7 +121,12 @@ class Reducer:
             seen = self._ahead @ chosen
             movable = np.linalg.matrix_rank(seen, tol=1e-9 * np.abs(seen).max(initial=1e-300)) == seen.shape[0]
             if count >= (1 if isotropic else 2) and movable:
-                yield _in_front(chosen, seen)
+                # combine modes so that the first coordinates are what is seen of them
+                from scipy.linalg import null_space
+
+                size = float(np.exp(np.log(np.linalg.norm(seen, axis=1)).mean()))
+                forward = np.vstack([seen, size * null_space(seen).T])
+                yield np.asarray(chosen @ np.linalg.inv(forward))
 
 
 def _ahead(front: Rows, size: int, isotropic: bool, pairs: int) -> Matrix:
@@ -131,15 +136,6 @@ def _ahead(front: Rows, size: int, isotropic: bool, pairs: int) -> Matrix:
     rows[0, :pairs] = front.deflection
     rows[1, pairs : 2 * pairs] = front.deflection
     return rows
-
-
-def _in_front(modes: Matrix, seen: Matrix) -> Matrix:
-    """Combine modes so that the first coordinates are what is ``seen`` of them."""
-    from scipy.linalg import null_space
-
-    size = float(np.exp(np.log(np.linalg.norm(seen, axis=1)).mean()))
-    forward = np.vstack([seen, size * null_space(seen).T])
-    return np.asarray(modes @ np.linalg.inv(forward))
 
 
 def _paired(basis: Matrix, model: LateralModel) -> Matrix:

@@ -468,16 +468,12 @@ def answered(
     if reply.outcome == "interrupted" and reply.stopped:
         typer.echo(f"interrupted; {reply.stopped}", err=True)
     if reply.outcome:
-        _leave_with(reply.outcome)
+        # end the command with the code of the outcome of a run, if that is not 0
+        code = stop_code() if reply.outcome == "interrupted" else OUTCOMES.get(reply.outcome, 0)
+        if code:
+            raise typer.Exit(code)
     if reply.exit:
         raise typer.Exit(reply.exit)
-
-
-def _leave_with(outcome: str) -> None:
-    """End the command with the code of the outcome of a run, if that is not 0."""
-    code = stop_code() if outcome == "interrupted" else OUTCOMES.get(outcome, 0)
-    if code:
-        raise typer.Exit(code)
 
 
 def _show(reply: Reply, unit: str) -> None:

@@ -77,7 +77,10 @@ def unbalance_from_run_down(
     machine = balls_in_races(machine)
     requested = _planes(machine, planes)
     known = _used(first_orders(orders), lowest, highest)
-    rows = _unit_responses(machine, known, requested)
+    # what a unit unbalance in each plane does at each speed and channel, (S C, P)
+    loads: list[Any] = [1.0 if plane is None else (Unbalance(moment=1.0, station=plane),) for plane in requested]
+    columns = [channel_response(machine, known, load, OWNER, balls=True).ravel() for load in loads]
+    rows = np.stack(columns, axis=1)
     values, spread, given = _flat(known)
     weighted = rows / spread[:, None]
     size = np.linalg.norm(weighted, axis=0)
@@ -123,13 +126,6 @@ def _used(known: Orders, lowest: float, highest: float) -> Orders:
     if not inside.any():
         raise QuestionError(f"{OWNER}: no speed from {lowest:g} to {highest:g} rad/s was measured")
     return known.at(inside)
-
-
-def _unit_responses(machine: Machine, known: Orders, planes: list[str | float | None]) -> Complexes:
-    """What a unit unbalance in each plane does at each speed and channel, (S C, P)."""
-    loads: list[Any] = [1.0 if plane is None else (Unbalance(moment=1.0, station=plane),) for plane in planes]
-    columns = [channel_response(machine, known, load, OWNER, balls=True).ravel() for load in loads]
-    return np.stack(columns, axis=1)
 
 
 def _flat(known: Orders) -> tuple[Complexes, Floats, bool]:

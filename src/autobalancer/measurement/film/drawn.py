@@ -348,7 +348,14 @@ def picture_times(motion: Motion, start: float, end: float, exposure: Exposure) 
         return np.asarray(start + step * np.arange(int(np.floor((end - start) / step * (1.0 + 1e-12))) + 1))
     rotor = motion.at(np.linspace(start, end, 2)).rotor_angle / (2.0 * np.pi)
     passed = np.arange(np.ceil(rotor[0]), np.floor(rotor[1]) + 1.0)
-    flashes = _times_of(motion, 2.0 * np.pi * passed, start, end)
+    # when the rotor passes angles (rad), by bisection, which no shape of a run-up can mislead
+    angles = 2.0 * np.pi * passed
+    low, high = np.full(angles.size, start), np.full(angles.size, end)
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        before = motion.at(middle).rotor_angle < angles
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    flashes = np.asarray(0.5 * (low + high))
     kept: list[float] = []
     for flash in flashes:
         if not kept or flash - kept[-1] >= (1.0 - 1e-6) / exposure.frame_rate:
@@ -356,16 +363,6 @@ def picture_times(motion: Motion, start: float, end: float, exposure: Exposure) 
     if not kept:
         raise QuestionError(f"stroboscope: the rotor makes no full turn from {start:g} s to {end:g} s")
     return np.array(kept)
-
-
-def _times_of(motion: Motion, angles: Floats, start: float, end: float) -> Floats:
-    """When the rotor passes angles (rad), by bisection, which no shape of a run-up can mislead."""
-    low, high = np.full(angles.size, start), np.full(angles.size, end)
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        before = motion.at(middle).rotor_angle < angles
-        low, high = np.where(before, middle, low), np.where(before, high, middle)
-    return np.asarray(0.5 * (low + high))
 
 
 def instants_of(motion: Motion, moment: float, exposure: Exposure, pixels: float) -> Floats:

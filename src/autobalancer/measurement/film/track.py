@@ -109,7 +109,15 @@ def track_balls(
         rotor = [place._replace(angle=0.0, center=0j, deviation=0.0) for place in rotor]
     # finds become paths of balls; where a path is lost, a fault says when
     followed = follow(when, rotor, tracked.seen, _deviations(tracked, rotor, setup), setup, slip)
-    _judge_lost(faults, followed, when)
+    # name pictures in which balls were seen that are no ball which was followed; refuse too many
+    lost = np.isnan(followed.angle).sum(axis=1)
+    for k, fault in enumerate(faults):
+        if not fault and lost[k]:
+            faults[k] = (
+                f"{lost[k]} of {followed.angle.shape[1]} balls are too far from where they were expected; "
+                "is the frame rate right, or first_ball_speed needed?"
+            )
+    _refuse_faults(faults, when)
     # speeds are taken between impacts, across which they jump
     hits = impacts(when, followed.angle, followed.deviation, setup.contact_angle, setup.orbit_radius)
     breaks = [hits.time[(hits.ball == i) | (hits.partner == i)] for i in range(1, setup.balls + 1)]
@@ -175,18 +183,6 @@ def _judged(pictures: Pictures, setup: FilmSetup, when: Floats) -> list[str]:
             faults[k] = f"{int(good.sum())} of {setup.balls} balls seen"
     _refuse_faults(faults, when)
     return faults
-
-
-def _judge_lost(faults: list[str], followed: Followed, when: Floats) -> None:
-    """Name pictures in which balls were seen that are no ball which was followed; refuse too many."""
-    lost = np.isnan(followed.angle).sum(axis=1)
-    for k, fault in enumerate(faults):
-        if not fault and lost[k]:
-            faults[k] = (
-                f"{lost[k]} of {followed.angle.shape[1]} balls are too far from where they were expected; "
-                "is the frame rate right, or first_ball_speed needed?"
-            )
-    _refuse_faults(faults, when)
 
 
 def _refuse_faults(faults: list[str], when: Floats) -> None:

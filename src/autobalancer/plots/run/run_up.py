@@ -212,7 +212,7 @@ def deflection_panel(
         every.append(without.value * unit.factor)
     greatest = max(float(np.nanmax(values, initial=0.0)) for values in every) or 1.0
     if log:
-        least = min(_least_of(values, greatest) for values in every)
+        least = min(float(np.nanmin(values[values > 0.0], initial=greatest)) for values in every)
         floor = 0.5 * max(least, 1e-8 * greatest)
         axes.set_yscale("log")
         axes.set_ylim(floor, greatest * max(5.0, (greatest / floor) ** 0.14))  # room for a label above the peak
@@ -228,7 +228,7 @@ def deflection_panel(
         )
     if without is not None:
         axes.plot(without.time, without.value * unit.factor, "--", color=UNBALANCE, lw=1.2, label="without balancing")
-        instant = _is_instant(without, time)
+        instant = bool(np.ptp(without.time) < 0.01 * np.ptp(time))
         if instant:  # the line is too short to be seen
             axes.plot(without.time[-1:], without.value[-1:] * unit.factor, "_", color=UNBALANCE, ms=24.0, mew=1.4)
     if unit == EACH_ITS_OWN:
@@ -242,10 +242,6 @@ def deflection_panel(
         level = float(np.ptp(without.value)) <= 0.01 * float(without.value[-1])
         back = without.time[0] if level else None
         label_point(axes, words, without.time[-1], without.value[-1] * unit.factor, color=UNBALANCE, back=back)
-
-
-def _is_instant(curve: Curve, time: np.ndarray) -> bool:
-    return bool(np.ptp(curve.time) < 0.01 * np.ptp(time))
 
 
 def angle_panel(
@@ -342,10 +338,6 @@ def _curve_label(curve: Curve, deflections: Deflections, brief: bool) -> str:
     side = f"{np.rad2deg(np.angle(deflections.static)):.0f}°".replace("-", "−")
     about = f"about {length_text(abs(deflections.static))} at {side}" if curve is deflections.curves[0] else ""
     return " ".join(word for word in ("vibration", curve.name, about) if word)
-
-
-def _least_of(values: np.ndarray, otherwise: float) -> float:
-    return float(np.nanmin(values[values > 0.0], initial=otherwise))
 
 
 def _width(number: int, count: int) -> float:

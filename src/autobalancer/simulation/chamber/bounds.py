@@ -86,7 +86,12 @@ def _sites(chamber: Chamber, number: int, down: Array, random: np.random.Generat
 
 def _packing(chamber: Chamber, radius: float, half_width: float, down: Array) -> Array:
     sites = filling_sites(float(chamber.radius), chamber.inner_depth, radius, float(chamber.inner_radius), half_width)
-    return _packing_turned(sites, down)
+    # the packing, made for gravity along -z, turned about x so that its bottom is down
+    across = math.hypot(down[1], down[2])
+    if across < 1e-9 or not len(sites):
+        return sites
+    c, s = -down[2] / across, down[1] / across
+    return np.column_stack([sites[:, 0], c * sites[:, 1] - s * sites[:, 2], s * sites[:, 1] + c * sites[:, 2]])
 
 
 def _no_room(chamber: Chamber, number: int, k: int, most: int) -> str:
@@ -126,15 +131,6 @@ def _down(machine: ChamberMachine) -> Array:
     gravity = np.array(machine.gravity, np.float64)
     size = float(np.linalg.norm(gravity))
     return gravity / size if size > 0.0 else np.array([0.0, 0.0, -1.0])
-
-
-def _packing_turned(sites: Array, down: Array) -> Array:
-    """The packing, made for gravity along -z, turned about x so that its bottom is down."""
-    across = math.hypot(down[1], down[2])
-    if across < 1e-9 or not len(sites):
-        return sites
-    c, s = -down[2] / across, down[1] / across
-    return np.column_stack([sites[:, 0], c * sites[:, 1] - s * sites[:, 2], s * sites[:, 1] + c * sites[:, 2]])
 
 
 def _apart(places: Array, sizes: Sizes, chamber: Chamber, number: int) -> None:

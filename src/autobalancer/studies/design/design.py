@@ -280,7 +280,13 @@ def designs_dataset(spec: Spec, designs: Sequence[Design], how: str) -> Designed
     ran = ordered(spec, [design for design in designs if design.numbers])
     best = next((one.machine for one, _ in ran if one.machine is not None), None)
     left_out = neglected_terms(spec, best) if best is not None else ""
-    attributes = {**_attributes(spec, how), "left_out": left_out, "borders_ignore": _borders_ignore(designs)}
+    # what the border speeds of the table leave out of the machines, a sentence each
+    machines = [design.machine for design in designs if design.machine is not None and design.numbers]
+    sentences = []
+    for name, theory in (("release speed", Theory.STALLED), ("exact border", Theory.AT_REST)):
+        terms = dict.fromkeys(term for machine in machines for term in unknown(machine, theory))
+        sentences += [f"{name}: ignores {', '.join(terms)}"] if terms else []
+    attributes = {**_attributes(spec, how), "left_out": left_out, "borders_ignore": sentences}
     stalls = "share of the runs that end with a stalled ball or rotor"
     dataset = dataset_of(spec, designs, DESCRIBED, stalls, partial(_text, spec), attributes)
     if spec.measured is None:
@@ -295,16 +301,6 @@ def _labelled(fit: Answer) -> tuple[dict[str, Any], dict[str, Any]]:
     return variables, {f"{PREFIX}{name}": fit.attrs[name] for name in KEPT if name in fit.attrs} | {
         "rotor": fit_text(fit)
     }
-
-
-def _borders_ignore(designs: Sequence[Design]) -> list[str]:
-    """What the border speeds of the table leave out of the machines, a sentence each."""
-    machines = [design.machine for design in designs if design.machine is not None and design.numbers]
-    sentences = []
-    for name, theory in (("release speed", Theory.STALLED), ("exact border", Theory.AT_REST)):
-        terms = dict.fromkeys(term for machine in machines for term in unknown(machine, theory))
-        sentences += [f"{name}: ignores {', '.join(terms)}"] if terms else []
-    return sentences
 
 
 def _text(spec: Spec, design: Design) -> str:
