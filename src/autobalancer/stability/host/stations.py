@@ -396,6 +396,11 @@ class Stations:
         return self.model.isotropic
 
     @cached_property
+    def balanced(self) -> dict[float, Any]:
+        """The balanced states by speed, as far as they were sought: several questions ask at the same speeds."""
+        return {}
+
+    @cached_property
     def critical_speeds(self) -> tuple[float, ...]:
         """Undamped, rad/s, ascending: those an unbalance excites; may be empty."""
         return critical_speeds(self.model)

@@ -413,7 +413,10 @@ class StationBalls(MostStable):
         """The balanced states at a speed; mirror images of equal balls count once."""
         st = self.stations
         if self.leading is None:
-            return self._in_plane or without_exchanges(st, balanced_of(st, speed))
+            known: dict[float, list[StationState]] = st.balanced
+            if speed not in known:
+                known[speed] = self._in_plane or without_exchanges(st, balanced_of(st, speed, exchanges=False))
+            return known[speed]
         centers = _centers(st)
         assert centers is not None
         closed = list(self._closed(required(st, speed, centers)))

@@ -471,7 +471,7 @@ def averaged_border_of(p: Described, worst_case: bool, searched: tuple[float, fl
             "averaged border: the worst case over the unbalance needs races on the axis of the rotor, in one plane; leave out "
             "worst_case for the border at the unbalance of the machine"
         )
-    st = replace(st, slopes=None)
+    st = st if st.slopes is None else replace(st, slopes=None)
     low, high = searched or (st.scale_speed, p.highest_searched)
     members = _any_unbalance(st) if worst_case else members_of(st, averaged_station_growth)
     items = [border_of(member, st, high, low) for member in members]

@@ -12,6 +12,7 @@ from autobalancer.progress import check_deadline
 from autobalancer.roots import least
 from autobalancer.stability.host.stations import Complexes, Floats, Plane
 
+SAME = 1e-5 + 1e-9  # distance of directions, as unit vectors, of balls that are at one place
 PATTERNS = 4096  # at most so many ways of placing balls on the two sides are gone through
 
 
@@ -36,7 +37,8 @@ def close_polygon(lengths: Floats, target: complex) -> list[Floats]:
             first = cmath.phase(target) + side * opening
             second = cmath.phase(target - a * cmath.exp(1j * first))
             result.append(np.array([first, second]))
-        return result[:1] if np.allclose(np.exp(1j * result[0]), np.exp(1j * result[1]), atol=1e-9) else result
+        same = (np.abs(np.exp(1j * result[0]) - np.exp(1j * result[1])) <= SAME).all()
+        return result[:1] if same else result
     opened = directions(lengths, target)
     return [] if opened is None else [opened, 2.0 * cmath.phase(target) - opened]
 

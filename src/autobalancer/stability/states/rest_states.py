@@ -21,6 +21,7 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations, product
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -73,10 +74,10 @@ def states_of(st: Stations, speed: float) -> list[StationState]:
     return sorted(station_states, key=lambda state: state.rank)
 
 
-def balanced_of(st: Stations, speed: float) -> list[StationState]:
-    """The balanced ones only; of a continuum two members that are mirror images."""
+def balanced_of(st: Stations, speed: float, *, exchanges: bool = True) -> list[StationState]:
+    """The balanced ones only; of a continuum two members that are mirror images, of two equal balls one if exchanges are."""
     _check(speed)
-    states = _states(st.plain_at(speed), speed, tuple(range(len(st.names))))
+    states = _states(st.plain_at(speed), speed, tuple(range(len(st.names))), exchanges)
     return states if st.plain else [state for state in settled(st, speed, states) if state.name == "balanced"]
 
 
@@ -106,13 +107,14 @@ def _least_moments(st: Stations, host: Complexes, wanted: Complexes, true: range
     return least_moments(host, wanted, st.capability[list(true)])
 
 
-def _states(st: Stations, speed: float, true: tuple[int, ...]) -> list[StationState]:
-    """States in which a race runs true at the stations ``true`` and at no other."""
+def _states(st: Stations, speed: float, true: tuple[int, ...], exchanges: bool = True) -> list[StationState]:
+    """States in which a race runs true at the stations ``true`` and at no other; with ``exchanges`` of two equal balls."""
     compliance = st.compliance(speed) * speed**2
     host, free = _host(st, compliance), st.rows @ compliance @ st.fixed_load
-    rest = tuple(p for p in range(len(st.names)) if p not in true)
+    rest, numbers = tuple(p for p in range(len(st.names)) if p not in true), (st.moment, st.inertia, st.drag)
     centers = [_centers(st, p) for p in true]
     rank = _rank(host, true)
+    most = 1e-8 * max(np.abs(free).max(), np.abs(host).max() * st.moment.max())  # a deflection that is none
     states = []
     # each of these races has one of its race centers on the axis
     for chosen in product(*centers):
@@ -132,14 +134,17 @@ def _states(st: Stations, speed: float, true: tuple[int, ...]) -> list[StationSt
                 ways = []  # in which the free balls of each station add up to that
                 for place, target in zip(true, needed, strict=True):
                     balls = np.flatnonzero((st.station == place) & ~fixed)
-                    ways.append([(balls, way) for way in close_polygon(st.moment[balls], target)])
+                    closings = close_polygon(st.moment[balls], target)
+                    if not exchanges and balls.size == 2 and all(np.ptp(one[balls]) == 0.0 for one in numbers):
+                        closings = closings[:1]
+                    ways.append([(balls, way) for way in closings])
                 for closed in product(*ways):
                     for balls, way in closed:
                         full[balls] = way
                     whirl = free + host @ st.moments(full)
                     # only what really runs true counts
                     miss = np.abs(whirl[list(true)] - at_rest).max(initial=0.0)
-                    if miss > 1e-8 * max(np.abs(free).max(), np.abs(host).max() * st.moment.max()):
+                    if miss > most:
                         continue
                     whirl[list(true)] = at_rest
                     spare = sum(max(int((~fixed & (st.station == p)).sum()) - 2, 0) for p in true)
@@ -171,7 +176,7 @@ def _others(st: Stations, true: tuple[int, ...], chosen: tuple[complex, ...]) ->
     fixed = np.zeros(st.moment.size, bool)
     along = np.zeros(st.moment.size)
     for place, center in zip(true, chosen, strict=True):
-        apart = (st.station == place) & ~np.isclose(st.offset, center, rtol=0.0, atol=1e-15)
+        apart = (st.station == place) & (np.abs(st.offset - center) > 1e-15)
         fixed |= apart
         along[apart] = np.angle(st.offset[apart] - center)
     balls = np.flatnonzero(fixed)
@@ -203,7 +208,9 @@ def _named_state(
     st: Stations, true: tuple[int, ...], fixed: np.ndarray, angles: Floats, whirl: Complexes, freedom: int
 ) -> StationState:
     center = whirl[st.station] + st.offset
-    standing = fixed | ~np.isin(st.station, true)
+    at_rest = np.zeros(len(st.names), bool)
+    at_rest[list(true)] = True
+    standing = fixed | ~at_rest[st.station]
     out = standing & ((np.exp(-1j * angles) * center).real > 0.0)
     if true:
         name = "balanced" if len(true) == len(st.names) else "mixed"
@@ -609,12 +616,12 @@ def state_at_rest(st: Stations, speed: float, angles: Floats, freedom: int) -> S
 
 def without_exchanges(st: Stations, states: Iterable[StationState], digits: int = 7) -> list[StationState]:
     """Without states that differ by an exchange of equal balls of one station; ``digits`` of their directions count."""
-    kept_states: dict[tuple[tuple[float, ...], ...], StationState] = {}
+    balls = zip(st.station.tolist(), st.moment.tolist(), st.inertia.tolist(), st.drag.tolist(), strict=True)
+    kinds = [tuple(round(number, 15) for number in ball) for ball in balls]
+    kept_states: dict[tuple[Any, ...], StationState] = {}
     for state in states:
-        parts = zip(st.station, st.moment, st.inertia, st.drag, np.cos(state.angles), np.sin(state.angles), strict=True)
-        key = tuple(
-            sorted(tuple(round(float(v), 15 if i < 4 else digits) for i, v in enumerate(part)) for part in parts)
-        )
+        x, y = (np.round(part(state.angles), digits).tolist() for part in (np.cos, np.sin))
+        key = tuple(sorted(zip(kinds, x, y, strict=True)))
         kept_states.setdefault(key, state)
     return list(kept_states.values())
 
