@@ -147,8 +147,7 @@ def side_view(axes: Axes, layout: Layout, balls: tuple[Ball, ...], mm: float = 1
     axes.margins(0.0)
     axes.autoscale_view()
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel("along the axis, z (mm)" if not layout.fillings else "along the axis, x (mm)")
-    axes.set_ylabel("radius (mm)")
+    axes.set(xlabel="along the axis, z (mm)" if not layout.fillings else "along the axis, x (mm)", ylabel="radius (mm)")
     axes.grid(False)
     couples = f"{layout.couples} couple unbalance{'s' * (layout.couples > 1)} not drawn" if layout.couples else ""
     axes.set_title(

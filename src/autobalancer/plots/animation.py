@@ -213,8 +213,7 @@ class Scene(FilmCanvas):
         log = quiet(deflections)
         unit = EACH_ITS_OWN if log else length_axis(None, float(deflections.high.max()))
         deflection_panel(lower, deflections, unit, log=log, brief=True)
-        lower.set_xlabel("time (s)")
-        lower.set_xlim(first, last)
+        lower.set(xlabel="time (s)", xlim=(first, last))
         self.figure.align_ylabels([upper, lower])
 
 
@@ -265,8 +264,7 @@ class AxisView:
         self.center: Complexes = places.deflection * np.exp(1j * turned)[:, None] * magnification / length
         axes.set_aspect("equal")
         axes.set_axis_off()
-        axes.set_xlim(-0.5 * LENGTH - 1.0, 0.5 * LENGTH + 1.0)
-        axes.set_ylim(-1.98, 1.2)
+        axes.set(xlim=(-0.5 * LENGTH - 1.0, 0.5 * LENGTH + 1.0), ylim=(-1.98, 1.2))
         ends = np.array([-0.5 * LENGTH - 0.5, 0.5 * LENGTH + 0.5])
         axes.plot(ends, [0.0, 0.0], color=RIM, lw=0.8, ls=(0, (6, 3, 1, 3)))
         words: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": 7.5, "color": "#404040"}
@@ -369,8 +367,7 @@ class RotorView:
         axes.set_axis_off()
         reach = 1.08 * outside + float(np.abs(self.center).max(initial=0.0))
         room = max(1.22 * outside, reach) + 0.16 * outside
-        axes.set_xlim(-room, room)
-        axes.set_ylim(-room, room)
+        axes.set(xlim=(-room, room), ylim=(-room, room))
         sides = ((1.0, "0°", "right"), (1j, "90°", "center"), (-1.0, "180°", "left"), (-1j, "−90°", "center"))
         for side, degrees, anchor in sides:
             spot = side * (room - (0.0 if anchor != "center" else 0.06 * outside))

@@ -145,8 +145,7 @@ def chamber_collisions(run: xr.Dataset, *, title: str | None = None) -> Figure:
         rates.yaxis.set_major_formatter("{x:g}")
         legend(rates)
         power.step(time, statistics["impact_power"].values, where="mid", color=INK)
-        power.set_ylabel("lost in impacts (W)")
-        power.set_ylim(bottom=0.0)
+        power.set(ylabel="lost in impacts (W)", ylim=(0.0, None))
         force.step(time, statistics["greatest_force"].values, where="mid", color=INK)
         force.set_ylabel("hardest contact (N)")
     return figure
@@ -175,9 +174,7 @@ def _angles(axes: Axes, run: xr.Dataset) -> None:
     for i in range(count):
         shown = BallLook(ALL_BALLS, f"{count} {bodies_of(run)}" if i == 0 else "_") if count > FEW else looks[i]
         axes.plot(thin["time"].values, angle[:, i], ".", ms=0.9, color=shown.color, alpha=0.6, label=shown.label)
-    axes.set_ylim(-186.0, 186.0)
-    axes.set_yticks([-180, -90, 0, 90, 180])
-    axes.set_ylabel("from unbalance (°)")
+    axes.set(ylim=(-186.0, 186.0), yticks=[-180, -90, 0, 90, 180], ylabel="from unbalance (°)")
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=8, markerscale=8.0, borderaxespad=0.1)
 
 
@@ -195,8 +192,7 @@ def _left(axes: Axes, run: xr.Dataset) -> None:
     if abs(static) > 0.0:
         axes.axhline(unit.factor * abs(static), color=UNBALANCE, lw=1.0, ls="--", label="of the rotor alone")
     legend(axes)
-    axes.set_ylabel(f"unbalance ({unit.sign})")
-    axes.set_ylim(bottom=0.0)
+    axes.set(ylabel=f"unbalance ({unit.sign})", ylim=(0.0, None))
 
 
 def _moment_axis(greatest: float) -> AxisUnit:
@@ -338,9 +334,7 @@ def chamber_carried(study: xr.Dataset, *, title: str | None = None) -> Figure:
                 friction = study["friction"] + (i - 0.5 * (len(shown) - 1)) * beside
                 color = matplotlib.colormaps[COLORS](0.9 * i / max(len(shown) - 1, 1))
                 _curve(panel, friction.rename("friction"), 100.0 * held.sel(balls=balls), color, f"{balls} balls")
-            panel.set_title(NAMES.get(layer, layer))
-            panel.set_xlabel("friction")
-            panel.set_ylim(-4.0, 104.0)
+            panel.set(title=NAMES.get(layer, layer), xlabel="friction", ylim=(-4.0, 104.0))
             panel.legend(loc="best")
         axes[0].set_ylabel("balls carried (%)")
         _titled(figure, study, title)
@@ -384,8 +378,7 @@ def chamber_optimal_means(means: xr.Dataset, *, measure: str = "vertical_amplitu
             bars = panel.bar(at, values, width, color=BALLS[i], label=NAMES.get(layer, layer), yerr=error, capsize=2.0)
             panel.bar_label(bars, fmt="%.3g", fontsize=8)
         panel.set_xticks(place, [f"{value:g}" for value in means["friction"].values])
-        panel.set_xlabel("friction")
-        panel.set_ylabel(f"mean amplitude ({unit.sign})")
+        panel.set(xlabel="friction", ylabel=f"mean amplitude ({unit.sign})")
         panel.grid(False, axis="x")
         legend(panel)
         heading(figure, title)
@@ -423,10 +416,9 @@ def chamber_step_size(study: xr.Dataset, *, title: str = "Central elastic collis
             panel.plot(shown, 100.0 * chosen["root_mean_square"], "o", ms=4, color=color, label=f"{speed:g} m/s")
             panel.plot(shown, high, "^", ms=4, mfc="none", color=color)
             panel.plot(shown, low, "v", ms=4, mfc="none", color=color)
-        panel.set_xscale("log")
-        panel.set_yscale("log")
-        panel.set_xlabel("step (s), points of one step side by side")
-        panel.set_ylabel("energy error (%)")
+        panel.set(
+            xscale="log", yscale="log", xlabel="step (s), points of one step side by side", ylabel="energy error (%)"
+        )
         panel.plot([], [], "o", color=INK, ms=4, label="root mean square")
         panel.plot([], [], "^", color=INK, mfc="none", ms=4, label="greatest gain")
         panel.plot([], [], "v", color=INK, mfc="none", ms=4, label="greatest loss")
@@ -478,8 +470,7 @@ def chamber_archive(
             name = "" if by is None else by.replace("_", " ")
             label = None if group is None else f"{name} {group:g}" if isinstance(group, float) else f"{name} {group}"
             panel.plot(along.values[mine][order], up.values[mine][order], "o-", ms=4, color=ball_color(i), label=label)
-        panel.set_xlabel(along.label)
-        panel.set_ylabel(up.label)
+        panel.set(xlabel=along.label, ylabel=up.label)
         for axis, shown in ((panel.xaxis, along), (panel.yaxis, up)):
             if np.array_equal(shown.values, np.round(shown.values)) and not log:
                 axis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))

@@ -100,8 +100,9 @@ class ChamberView:
         axes.set_axis_off()
         seen = np.abs(camera.axes()[:2])
         wide, high = (size * np.hypot(row[1], row[2]) + length * row[0] for row in seen)
-        axes.set_xlim(-1.08 * wide, 1.08 * wide)
-        axes.set_ylim(-1.08 * max(high, 0.3 * corner), 1.08 * max(high, 0.3 * corner))
+        axes.set(
+            xlim=(-1.08 * wide, 1.08 * wide), ylim=(-1.08 * max(high, 0.3 * corner), 1.08 * max(high, 0.3 * corner))
+        )
         self.behind = LineCollection([], colors=FAR, linewidths=0.9, zorder=1)
         axes.add_collection(self.behind)
         n = poses.balls.shape[1]
@@ -404,10 +405,7 @@ def _front(axes: Axes, poses: Poses, k: int, shape: ChamberShape) -> None:
     _draw(axes, at, width, speed, poses)
     tip = 0.97 * size * np.array([np.cos(poses.heavy[k]), np.sin(poses.heavy[k])])
     axes.plot([0.0, tip[0]], [0.0, tip[1]], "-o", color=UNBALANCE, lw=1.6, ms=5, markevery=[1], zorder=3.5)
-    axes.set_aspect("equal")
-    axes.set_xlim(-1.06 * size, 1.06 * size)
-    axes.set_ylim(-1.06 * size, 1.06 * size)
-    axes.set_xlabel("y (mm)")
+    axes.set(aspect="equal", xlim=(-1.06 * size, 1.06 * size), ylim=(-1.06 * size, 1.06 * size), xlabel="y (mm)")
     axes.grid(False)
 
 
@@ -428,9 +426,7 @@ def _unrolled(axes: Axes, poses: Poses, k: int, shape: ChamberShape) -> None:
     axes.axvline(360.0, color=UNBALANCE, lw=2.0)
     axes.set_xlim(-6.0, 366.0)
     reach = max(1.08 * half, 1e3 * float(poses.radius.max(initial=0.0)) * 1.5)
-    axes.set_ylim(-reach, reach)
-    axes.set_xticks([0, 90, 180, 270, 360])
-    axes.set_xlabel("angle from the unbalance (°)")
+    axes.set(ylim=(-reach, reach), xticks=[0, 90, 180, 270, 360], xlabel="angle from the unbalance (°)")
     axes.grid(False)
 
 

@@ -69,9 +69,7 @@ def drag_laws(
                     axes.plot(re, law.product(re) / re**power, "o", ms=3.5, color=color)
         _axes(upper, "drag coefficient $c_d$")
         _axes(lower, r"$c_d\,\mathrm{Re}$")
-        lower.set_ylim(10.0, 3e4)
-        lower.set_xlim(first, last)
-        lower.set_xlabel("Reynolds number of the ball")
+        lower.set(ylim=(10.0, 3e4), xlim=(first, last), xlabel="Reynolds number of the ball")
         upper.legend(loc="upper right")
     return figure
 
@@ -82,9 +80,7 @@ def _label(law: DragLaw) -> str:
 
 
 def _axes(axes: Axes, label: str) -> None:
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_ylabel(label)
+    axes.set(xscale="log", yscale="log", ylabel=label)
 
 
 # The flow around a ball in its race, and its drag over the Reynolds number.
@@ -141,10 +137,12 @@ def _flow(figure: Figure, axes: Axes, dataset: xr.Dataset) -> None:
         axes.plot(x, wall, color=INK, lw=1.6, zorder=2.3)
     axes.set_aspect("equal")
     axes.grid(False)
-    axes.set_xlim(x[0], x[-1])
-    axes.set_ylim(y[0] - 0.05 * radius, y[-1] + 0.05 * radius)
-    axes.set_xlabel("ahead of the ball (mm); outer wall below")
-    axes.set_ylabel("inward (mm)")
+    axes.set(
+        xlim=(x[0], x[-1]),
+        ylim=(y[0] - 0.05 * radius, y[-1] + 0.05 * radius),
+        xlabel="ahead of the ball (mm); outer wall below",
+        ylabel="inward (mm)",
+    )
     axes.set_title(f"seen from the ball, Re = {float(dataset['reynolds'][-1]):.4g}", fontsize=9.0)
     figure.colorbar(shade, ax=axes, label="speed over that of the ball", shrink=0.8)
 
@@ -177,9 +175,9 @@ def _curve(axes: Axes, dataset: xr.Dataset, moving: NDArray[np.bool_]) -> None:
     axes.set_xscale("log")
     axes.set_xticks(re[moving], [f"{number:.4g}" for number in re[moving]])
     axes.minorticks_off()
-    axes.set_ylim(0.0, 1.15 * float(cd_times_re.max()))
-    axes.set_xlabel("Reynolds number of the ball")
-    axes.set_ylabel(r"$c_d\,\mathrm{Re}$")
+    axes.set(
+        ylim=(0.0, 1.15 * float(cd_times_re.max())), xlabel="Reynolds number of the ball", ylabel=r"$c_d\,\mathrm{Re}$"
+    )
     axes.set_title(f"gap of {1e6 * float(dataset.attrs['gap']):.3g} µm", fontsize=9.0)
     axes.legend(loc="lower left")
 
@@ -258,8 +256,7 @@ def measured_drag(found: xr.Dataset, *, pressure_force: str = "left out", speed_
         coefficient, deviation = (float(one[f"rolling_resistance{end}"]) for end in ("", "_deviation"))
         text = f"{coefficient:.3g}" + (f" ± {deviation:.1g}" if np.isfinite(deviation) else "")
         left.set_title(f"rolling resistance {text}, {found.attrs['rolling_resistance_from']}")
-        right.set_xscale("log")
-        right.set_title(f"lines: law, pressure force {pressure_force}")
+        right.set(xscale="log", title=f"lines: law, pressure force {pressure_force}")
         _angles(right, unit)
         figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure
@@ -378,8 +375,7 @@ def _history(axes: Axes, flow: xr.Dataset, speed_unit: str) -> None:
     axes.plot(time, flow["speed"] * unit.factor, color=INK, label="rotor")
     axes.plot(time, flow["fluid_speed"] * unit.factor, color=ball_color(0), label="fluid at the orbit")
     axes.plot(time, flow["diffusion_speed"] * unit.factor, "--", color=CRITICAL, lw=1.0, label=_compared(flow))
-    axes.set_ylabel(f"speed ({unit.sign})")
-    axes.set_xlabel("time (s)")
+    axes.set(ylabel=f"speed ({unit.sign})", xlabel="time (s)")
     legend(axes)
 
 
@@ -392,8 +388,7 @@ def _lag(axes: Axes, flow: xr.Dataset, speed_unit: str) -> None:
     for name, style, color in (("fluid_speed", "-", ball_color(0)), ("diffusion_speed", "--", CRITICAL)):
         axes.plot(time, (flow["speed"] - flow[name]) * unit.factor, style, color=color)
     _uncertainty(axes, flow)
-    axes.set_ylabel(f"lag behind the rotor ({unit.sign})")
-    axes.set_xlabel("time (s)")
+    axes.set(ylabel=f"lag behind the rotor ({unit.sign})", xlabel="time (s)")
 
 
 def _uncertainty(axes: Axes, flow: xr.Dataset) -> None:
@@ -427,8 +422,7 @@ def _profiles(axes: Axes, flow: xr.Dataset) -> None:
         )
     axes.plot(radius * 1e3, radius / radius[-1], "--", color=INK, lw=0.9, label="rigid rotation")
     axes.axvline(flow.attrs["orbit_radius"] * 1e3, color=UNBALANCE, lw=0.8, ls=":", zorder=0.5)
-    axes.set_xlabel("radius (mm); dotted: orbit of the balls")
-    axes.set_ylabel("velocity over that of the outer wall")
+    axes.set(xlabel="radius (mm); dotted: orbit of the balls", ylabel="velocity over that of the outer wall")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, fontsize=7.5)
 
 
@@ -446,7 +440,6 @@ def _stream_lines(figure: Figure, axes: Axes, flow: xr.Dataset, moment: int, spe
     axes.plot(flow.attrs["orbit_radius"] * 1e3, 0.5 * z[-1], "+", ms=9, mew=1.4, color=UNBALANCE)
     axes.set_aspect("equal")
     axes.grid(False)
-    axes.set_xlabel("radius (mm)")
-    axes.set_ylabel("height (mm)")
+    axes.set(xlabel="radius (mm)", ylabel="height (mm)")
     axes.set_title(f"stream lines at {float(flow['moment'][moment]):.4g} s", fontsize=9.0)
     figure.colorbar(shade, ax=axes, label=f"lag ({unit.sign})")

@@ -238,9 +238,7 @@ def _bars(axes: Axes, share: dict[str, float], interval: dict[str, tuple[float, 
             axes.plot([100 * low, 100 * high], [place, place], color=INK, linewidth=1.2, marker="|")
         axes.text(100 * high + 1.5, place, f"{100 * share[name]:.3g} %", va="center")
     axes.set_yticks(range(len(names)), names)
-    axes.set_xlim(0.0, 118.0)
-    axes.set_xticks(range(0, 101, 20))
-    axes.set_ylim(rows - 0.5, -0.5)
+    axes.set(xlim=(0.0, 118.0), xticks=range(0, 101, 20), ylim=(rows - 0.5, -0.5))
     axes.grid(False)
 
 
@@ -302,9 +300,7 @@ def _distribution(axes: Axes, dataset: xr.Dataset, quantity: str) -> None:
             ha="right" if right else "left",
             path_effects=HALO,
         )
-    axes.set_xlim(0.0, 1.05 * farthest * factor)
-    axes.set_ylim(0.0, 118.0)
-    axes.set_xlabel(f"{name} ({unit})")
+    axes.set(xlim=(0.0, 1.05 * farthest * factor), ylim=(0.0, 118.0), xlabel=f"{name} ({unit})")
 
 
 def _natural(length: float) -> tuple[float, str]:
@@ -395,9 +391,11 @@ def ensemble_distribution(
         if positive.size and positive.size == np.isfinite(values).sum() and positive.max() > 30.0 * positive.min():
             axes.set_xscale("log")
             plain_log_ticks(axes, "x")
-        axes.set_xlabel(f"{measure.replace('_', ' ')}{f' ({unit.sign})' if unit.sign else ''}")
-        axes.set_ylabel("share of the members (%)")
-        axes.set_ylim(0.0, 102.0)
+        axes.set(
+            xlabel=f"{measure.replace('_', ' ')}{f' ({unit.sign})' if unit.sign else ''}",
+            ylabel="share of the members (%)",
+            ylim=(0.0, 102.0),
+        )
         legend(axes)
     return figure
 
@@ -468,9 +466,7 @@ def _end_bars(axes: Axes, members: Ensemble) -> None:
         axes.plot([low, high], [place, place], color=INK, linewidth=1.2, marker="|")
         axes.text(high + 1.5, place, f"{share:.3g} %", va="center")
     axes.set_yticks(range(result.sizes["end"]), list(result["end"].values))
-    axes.set_xlim(0.0, 118.0)
-    axes.set_xticks(range(0, 101, 20))
-    axes.set_ylim(result.sizes["end"] - 0.5, -0.5)
+    axes.set(xlim=(0.0, 118.0), xticks=range(0, 101, 20), ylim=(result.sizes["end"] - 0.5, -0.5))
     axes.grid(False)
     axes.set_xlabel("share of the members, with its 95 % interval (%)")
 
@@ -503,9 +499,7 @@ def _shares_over(axes: Axes, members: Ensemble, name: str, speed_unit: str) -> N
     if log:
         axes.set_xscale("log")
         plain_log_ticks(axes, "x")
-    axes.set_xlabel(shown.label)
-    axes.set_ylabel("share, with 95 % interval (%)")
-    axes.set_ylim(-2.0, 102.0)
+    axes.set(xlabel=shown.label, ylabel="share, with 95 % interval (%)", ylim=(-2.0, 102.0))
     legend(axes)
 
 

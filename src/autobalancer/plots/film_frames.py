@@ -151,8 +151,7 @@ class FilmCanvas:
         wide = 0.975 - left
         upper = self.figure.add_axes((left, 0.55, wide, 0.35))
         lower = self.figure.add_axes((left, 0.09, wide, 0.345), sharex=upper)
-        lower.set_xlabel("time (s)")
-        lower.set_xlim(first, last)
+        lower.set(xlabel="time (s)", xlim=(first, last))
         self.cursors = [panel.axvline(first, color=INK, lw=1.0, zorder=6, clip_on=False) for panel in (upper, lower)]
         return upper, lower
 

@@ -157,8 +157,7 @@ def _deviations(axes: Axes, fit: xr.Dataset, unit: AxisUnit) -> None:
     counts = [f"{label}\n{(labels == label).sum()} values" for label in whole]
     names = [shorten(str(label), LONGEST, placeholder=" ...") for label in single["row_label"].values]
     axes.set_yticks([*place, *range(len(whole))], [*names, *counts], fontsize=7.5)
-    axes.set_ylim(-0.6, place.size + len(whole) - 0.4)
-    axes.set_xlabel("deviation (standard deviations)")
+    axes.set(ylim=(-0.6, place.size + len(whole) - 0.4), xlabel="deviation (standard deviations)")
     legend(axes)
 
 
@@ -372,11 +371,9 @@ def rubber(
                 at = 1e3 * found.points.amplitude
                 axes.plot(at, 1e-3 * part, "_", color=BALLS[1], ms=8.0, mew=1.6, label="fitted", zorder=4.0)
         for axes, name in zip(panels, ("stiffness K'", "loss K''"), strict=True):
-            axes.set_xscale("log")
-            axes.set_xlim(1e3 * a[0], 1e3 * a[-1])
+            axes.set(xscale="log", xlim=(1e3 * a[0], 1e3 * a[-1]))
             axes.set_ylim(0.0)
-            axes.set_xlabel("amplitude of the rubber (mm)")
-            axes.set_ylabel(f"{name} (kN/m)")
+            axes.set(xlabel="amplitude of the rubber (mm)", ylabel=f"{name} (kN/m)")
         panels[0].legend(loc="lower left")
         heading(figure, "Rubber that softens with the amplitude")
     return figure

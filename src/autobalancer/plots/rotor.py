@@ -103,10 +103,12 @@ def response(
             above.set_yscale("log")
             plain_log_ticks(above, "y")
         above.set_ylabel(f"{found.attrs['quantity']} ({size.sign})")
-        below.set_ylabel("phase to the unbalance (°)")
-        below.set_yticks(np.arange(-180.0, 181.0, 90.0))
-        below.set_xlabel(f"rotor speed ({unit.sign})")
-        below.set_xlim(speed[0], speed[-1])
+        below.set(
+            ylabel="phase to the unbalance (°)",
+            yticks=np.arange(-180.0, 181.0, 90.0),
+            xlabel=f"rotor speed ({unit.sign})",
+            xlim=(speed[0], speed[-1]),
+        )
         figure.legend(*above.get_legend_handles_labels(), loc="outside lower center", ncols=4)
         figure.align_ylabels([above, below])
     return figure
@@ -162,8 +164,10 @@ def polar_response(
                 label_point(axes, text, curve[place].real, curve[place].imag, size=8.0)
         axes.set_aspect("equal", adjustable="datalim")
         where = "forward circle" if part == "forward" else f"{dataset.attrs['quantity']} along {part}"
-        axes.set_xlabel(f"{where}, in the direction of the unbalance ({size.sign})")
-        axes.set_ylabel(f"{where}, 90° ahead of it ({size.sign})")
+        axes.set(
+            xlabel=f"{where}, in the direction of the unbalance ({size.sign})",
+            ylabel=f"{where}, 90° ahead of it ({size.sign})",
+        )
         heading(
             figure,
             with_ignored(f"{dataset.attrs.get('title', '')}\nnumbers: rotor speed in {unit.sign}", dataset.attrs),
@@ -246,11 +250,9 @@ def campbell(found: RunArgument, *, speed_unit: str = "rpm", frequency_unit: str
         _coincident(axes, found, speed, up, top)
         ends = _ends(found, up) + _torsion(axes, found, speed, up, top)
         _end_labels(axes, float(speed[-1]), ends, top)
-        axes.set_xlim(speed[0], speed[-1])
-        axes.set_ylim(0.0, top)
+        axes.set(xlim=(speed[0], speed[-1]), ylim=(0.0, top))
         _crossings(axes, found, across, up)
-        axes.set_xlabel(f"rotor speed ({across.sign})")
-        axes.set_ylabel(f"natural frequency ({up.sign})")
+        axes.set(xlabel=f"rotor speed ({across.sign})", ylabel=f"natural frequency ({up.sign})")
         # names of the colors
         drawn = found["whirl"].values[:, 1:]  # a piece of a branch has the color of its end
         words = [word for word in WHIRL if (drawn == word).any()]
@@ -525,8 +527,7 @@ def whirl_orbits(found: xr.Dataset, *, deflection_unit: str | None = None, speed
             _arrow(axes, x, y, WHIRL[word])
             axes.set_title(f"{station['station'].item()}: {word}", color=WHIRL[word])
         reach = 1.12 * span * unit.factor or 1.0
-        grid[0, 0].set_xlim(-reach, reach)
-        grid[0, 0].set_ylim(-reach, reach)
+        grid[0, 0].set(xlim=(-reach, reach), ylim=(-reach, reach))
         for axes in grid[-1]:
             axes.set_xlabel(f"x ({unit.sign})")
         for axes in grid[:, 0]:
@@ -579,8 +580,7 @@ def whirl_along_axis(found: xr.Dataset, *, deflection_unit: str | None = None, s
                 at[0], ring[0][head], ring[1][head], 0.0, *(float(r[tip] - r[head]) for r in ring),
                 color=WHIRL[word], arrow_length_ratio=1.0,
             )  # fmt: skip
-        axes.set_ylim(-reach, reach)
-        axes.set_zlim(-reach, reach)
+        axes.set(ylim=(-reach, reach), zlim=(-reach, reach))
         axes.set_xlabel("position along the axis (mm)", labelpad=14)
         axes.set_ylabel(f"x ({unit.sign})", labelpad=8)
         axes.set_zlabel(f"y ({unit.sign})")
@@ -652,9 +652,7 @@ def liquid_response(
             axes.axvspan(*band, color=BALLS[0], alpha=0.1, lw=0.0, label="self-excited without damping")
         axes.set_yscale("log")
         plain_log_ticks(axes, "y")
-        axes.set_xlim(speed[0], speed[-1])
-        axes.set_xlabel(f"rotor speed ({unit.sign})")
-        axes.set_ylabel("deflection (mm)")
+        axes.set(xlim=(speed[0], speed[-1]), xlabel=f"rotor speed ({unit.sign})", ylabel="deflection (mm)")
         axes.set_title(f"far above resonance liquid leaves {100.0 * limit:.3g} %", fontsize=9.0)
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
@@ -700,8 +698,7 @@ def torsional_response(found: xr.Dataset, *, speed_unit: str = "rpm") -> Figure:
             axes.set_yscale("log")
             plain_log_ticks(axes, "y")
             axes.set_ylabel(text)
-        below.set_xlabel(f"rotor speed ({unit.sign})")
-        below.set_xlim(speed[0], speed[-1])
+        below.set(xlabel=f"rotor speed ({unit.sign})", xlim=(speed[0], speed[-1]))
         figure.legend(*above.get_legend_handles_labels(), loc="outside lower center", ncols=3)
         figure.align_ylabels([above, below])
     return figure

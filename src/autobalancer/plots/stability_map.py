@@ -103,8 +103,7 @@ def border_curve(
         if stalled := str(found.attrs.get("stalled_ignores", "")):
             title += f"\nrelease and capture speed ignore {stalled}"
         heading(figure, title)
-        axes.set_xlabel(axis.label)
-        axes.set_ylabel(f"rotor speed ({unit.sign})")
+        axes.set(xlabel=axis.label, ylabel=f"rotor speed ({unit.sign})")
         if axis.values.size > 1:
             axes.set_xlim(axis.values[0], axis.values[-1])
         _mark(axes, found, dim, axis.unit, "machine", "unbalance", -12)
@@ -232,8 +231,7 @@ def eigenvalues(found: xr.Dataset, *, speed_unit: str = "rpm", ranges: xr.Datase
             upper.axvspan(np.nan, np.nan, fc="white", ec=MISSING, lw=0.8, label="no such state")
         _growth_panel(upper, found, speed, edges)
         _frequency_panel(lower, found, speed, unit)
-        lower.set_xlabel(f"rotor speed ({unit.sign})")
-        lower.set_xlim(speed[0], speed[-1])
+        lower.set(xlabel=f"rotor speed ({unit.sign})", xlim=(speed[0], speed[-1]))
         figure.align_ylabels([upper, lower])
     return figure
 
@@ -290,8 +288,7 @@ def _frequency_panel(axes: Axes, dataset: xr.Dataset, speed: np.ndarray, unit: A
         chosen = chosen & kept
         if chosen.any():
             axes.scatter(across[chosen], imag[chosen], s=size, color=color, lw=0, label=label)
-    axes.set_ylabel(f"frequency in the rotor ({unit.sign})")
-    axes.set_ylim(bottom=0.0)
+    axes.set(ylabel=f"frequency in the rotor ({unit.sign})", ylim=(0.0, None))
     legend(axes)
 
 
@@ -415,9 +412,7 @@ def borders(border_speeds: Sequence[BorderSpeed], *, speed_unit: str = "rpm", ti
             at = speed if math.isfinite(speed) else 0.0
             axes.text(at, row, text, va="center", color=INK if math.isfinite(speed) else CRITICAL, fontsize=8.5)
         axes.set_yticks(range(len(border_speeds)), [border.name for border in border_speeds])
-        axes.set_ylim(len(border_speeds) - 0.4, -0.6)
-        axes.set_xlim(0.0, 1.22 * far)
-        axes.set_xlabel(f"rotor speed ({unit.sign})")
+        axes.set(ylim=(len(border_speeds) - 0.4, -0.6), xlim=(0.0, 1.22 * far), xlabel=f"rotor speed ({unit.sign})")
         axes.grid(False, axis="y")
     return figure
 
@@ -475,8 +470,7 @@ def bifurcation_curves(curves: xr.Dataset, *, speed_unit: str = "rpm") -> Figure
             text = f"{name} point" if name == "Bautin" else str(name)
             axes.plot(*place, "D", ms=6, mfc="white", mec=INK, label="_" if text in named else text)
             named.add(text)
-        axes.set_xlabel(across.label)
-        axes.set_ylabel(up.label)
+        axes.set(xlabel=across.label, ylabel=up.label)
         if float(across.values.min()) > 0.0 and across.values.max() / across.values.min() > 20.0:
             axes.set_xscale("log")
         axes.legend(loc="best")
@@ -551,16 +545,14 @@ def map(
             if axis.log:
                 (axes.set_xscale if which == "x" else axes.set_yscale)("log")
                 plain_log_ticks(axes, which)
-        axes.set_xlabel(along[0].label)
-        axes.set_ylabel(along[1].label)
+        axes.set(xlabel=along[0].label, ylabel=along[1].label)
         absent: list[str] = []
         handles += borders_on_map(axes, found, dims, along, absent)
         handles += hatch_held(axes, found, dims, along, absent)
         handles += operating_points(axes, found, dims, along, absent)
         if fluids and "fluid" in found and "viscosity" in dims:
             fluid_names(axes, found, dims.index("viscosity"), along)
-        axes.set_xlim(along[0].values[0], along[0].values[-1])
-        axes.set_ylim(along[1].values[0], along[1].values[-1])
+        axes.set(xlim=(along[0].values[0], along[0].values[-1]), ylim=(along[1].values[0], along[1].values[-1]))
         fixed = (
             f" at {found.attrs['speed'] * speed_axis(speed_unit).factor:.4g} {speed_unit}"
             if "speed" in found.attrs

@@ -111,8 +111,7 @@ def _over(axes: Axes, studied: Studied, name: str, quantity: str, speed_unit: st
         axes.errorbar(
             values, 100.0 * share, bars, fmt="o-", color=BALLS[0], markersize=4.0, capsize=2.5, elinewidth=1.0
         )
-        axes.set_ylabel(f"{quantity} runs, with 95 % interval (%)")
-        axes.set_ylim(-3.0, 103.0)
+        axes.set(ylabel=f"{quantity} runs, with 95 % interval (%)", ylim=(-3.0, 103.0))
     else:
         unit = _unit(studied, quantity, speed_unit)
         levels = np.array([_levels(studied[quantity].values[where & ran]) for where in points]).T
@@ -120,8 +119,7 @@ def _over(axes: Axes, studied: Studied, name: str, quantity: str, speed_unit: st
         axes.fill_between(values, low, high, color=BALLS[0], alpha=0.15, linewidth=0.0, label="90 % of the members")
         axes.fill_between(values, quarter, upper, color=BALLS[0], alpha=0.3, linewidth=0.0, label="50 %")
         axes.plot(values, middle, "o-", color=BALLS[0], markersize=3.5, label="median")
-        axes.set_ylabel(_label(quantity, unit))
-        axes.set_ylim(bottom=min(0.0, float(np.nanmin(low))))
+        axes.set(ylabel=_label(quantity, unit), ylim=(min(0.0, float(np.nanmin(low))), None))
         legend(axes)
     if values.min() > 0.0 and values.max() >= 10.0 * values.min():
         axes.set_xscale("log")
@@ -159,8 +157,7 @@ def _map(figure: Figure, axes: Axes, studied: Studied, grid: list[str], quantity
         axes.text(column, row, written[row, column], ha="center", va="center", color=color, fontsize=8.0)
     axes.set_xticks(*_ticks(across))
     axes.set_yticks(*_ticks(up))
-    axes.set_xlabel(shown[0].label)
-    axes.set_ylabel(shown[1].label)
+    axes.set(xlabel=shown[0].label, ylabel=shown[1].label)
     axes.grid(visible=False)
     bar = figure.colorbar(image, ax=axes)
     bar.set_label(f"{quantity} runs, with 95 % interval (%)" if share else f"median of {_label(quantity, unit)}")
@@ -180,8 +177,7 @@ def _histogram(axes: Axes, studied: Studied, quantity: str, speed_unit: str) -> 
     )
     for level, style in ((0.05, ":"), (0.5, "-"), (0.95, ":")):
         axes.axvline(float(np.quantile(known, level)), color=INK, linestyle=style, linewidth=1.1)
-    axes.set_xlabel(f"{_label(quantity, unit)}; lines: 5 %, median, 95 %")
-    axes.set_ylabel("members")
+    axes.set(xlabel=f"{_label(quantity, unit)}; lines: 5 %, median, 95 %", ylabel="members")
 
 
 def _levels(values: Any) -> Any:
@@ -455,13 +451,10 @@ def envelopes(
         below.plot(time, level[50], color=BALLS[0], label="median")
         below.plot(time, level[100], color=INK, linewidth=0.8, linestyle=":", label="greatest")
         if log:
-            below.set_yscale("log")
-            below.set_ylim(bottom=max(SHALLOW * float(level[100].max()), 0.7 * float(level[5].min())))
+            below.set(yscale="log", ylim=(max(SHALLOW * float(level[100].max()), 0.7 * float(level[5].min())), None))
         else:
             below.set_ylim(bottom=0.0)
-        below.set_ylabel(f"deflection ({unit.sign})")
-        below.set_xlabel("time (s)")
-        below.set_xlim(0.0, float(time[-1]))
+        below.set(ylabel=f"deflection ({unit.sign})", xlabel="time (s)", xlim=(0.0, float(time[-1])))
         legend(below)
     return figure
 
@@ -526,7 +519,5 @@ def _panel(axes: Any, angles: Any) -> None:
             label=ball_label(ball, angles.shape[1]),
         )
     axes.plot([0.0, 0.0], [0.0, RING - 2.0 * SPREAD], color=UNBALANCE, linewidth=2.0)
-    axes.set_ylim(0.0, RING + 1.5 * SPREAD)
-    axes.set_yticks([])
-    axes.set_xticks(np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False))
+    axes.set(ylim=(0.0, RING + 1.5 * SPREAD), yticks=[], xticks=np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False))
     axes.tick_params(axis="x", labelsize=7.0, pad=-1.0)

@@ -594,14 +594,12 @@ def _draw(axes: Axes, path: OrbitPath, unit: AxisUnit, span: float, *, in_space:
         axes.plot(place[0].real, place[0].imag, "o", ms=6, mfc="white", mec=UNBALANCE, mew=1.8, label=label)
     rest = "static position" if path.static else "not deflected"
     axes.plot(0.0, 0.0, "+", ms=9, mew=1.2, color="#808080", label=rest, zorder=1.5)
-    axes.set_xlim(-span, span)
-    axes.set_ylim(-span, span)
+    axes.set(xlim=(-span, span), ylim=(-span, span))
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
     what = "vibration" if path.static else "deflection"
     where = "in space" if in_space else "in the rotor"
-    axes.set_xlabel(f"{what} along x {where} ({unit.sign})")
-    axes.set_ylabel(f"{what} along y {where} ({unit.sign})")
+    axes.set(xlabel=f"{what} along x {where} ({unit.sign})", ylabel=f"{what} along y {where} ({unit.sign})")
     if path.static:
         digits = 2 - int(np.floor(np.log10(abs(path.static) * 1e6)))
         rounded = (round(value * 1e6, digits) + 0.0 for value in (path.static.real, path.static.imag))

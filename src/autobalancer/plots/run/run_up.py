@@ -136,8 +136,7 @@ def run_up(
         for panel, (plane, name, balls) in zip(panels[len(panels) - len(planes) :], planes, strict=True):
             assert history is not None
             angle_panel(panel, history, looks, plane=plane, balls=balls, name=name)
-        panels[-1].set_xlabel("time (s)")
-        panels[-1].set_xlim(first, last)
+        panels[-1].set(xlabel="time (s)", xlim=(first, last))
         figure.align_ylabels(panels)
         heading(figure, str(run.attrs.get("title", "Run")))
     return figure
@@ -265,9 +264,11 @@ def angle_panel(
         hidden = np.interp(time, history.time, fast.astype(np.float64)) > 0.5
         shown = np.where(hidden, np.nan, degrees)
         axes.plot(time, shown, color=looks[i].color, lw=_width(i - balls[0], count), label=looks[i].label)
-    axes.set_ylim(-186.0, 186.0)
-    axes.set_yticks([-180, -90, 0, 90, 180])
-    axes.set_ylabel(f"ball angle in the rotor (°)\n{name}" if name else "ball angle in the rotor (°)")
+    axes.set(
+        ylim=(-186.0, 186.0),
+        yticks=[-180, -90, 0, 90, 180],
+        ylabel=f"ball angle in the rotor (°)\n{name}" if name else "ball angle in the rotor (°)",
+    )
     legend(axes)
 
 
@@ -385,8 +386,7 @@ def impacts(
             speed_panel(panels[0], history, critical_speeds_of(run), speeds, ball_looks(run))
         _speeds(panels[-2], impacts)
         _power(panels[-1], impacts, np.linspace(first, last, PARTS + 1))
-        panels[-1].set_xlabel("time (s)")
-        panels[-1].set_xlim(first, last)
+        panels[-1].set(xlabel="time (s)", xlim=(first, last))
         figure.align_ylabels(panels)
         heading(figure, str(run.attrs.get("title", "Run")))
     return figure
@@ -397,8 +397,7 @@ def _speeds(axes: Axes, impacts: Impacts) -> None:
         its = (impacts.partner >= low) & (impacts.partner <= high)
         if its.any():
             axes.plot(impacts.time[its], impacts.speed[its], ".", ms=4.0, color=color, alpha=0.7, label=label)
-    axes.set_yscale("log")
-    axes.set_ylabel("impact speed (m/s)")
+    axes.set(yscale="log", ylabel="impact speed (m/s)")
     legend(axes)
 
 
@@ -406,8 +405,7 @@ def _power(axes: Axes, impacts: Impacts, edges: np.ndarray[tuple[int], np.dtype[
     power = np.histogram(impacts.time, edges, weights=impacts.lost)[0] / np.diff(edges)
     _, sign, factor = next(entry for entry in POWERS if power.max(initial=0.0) < 1e3 * entry[0])
     axes.stairs(factor * power, edges, color=INK, fill=True, alpha=0.75)
-    axes.set_ylabel(f"power of impacts ({sign})")
-    axes.set_ylim(bottom=0.0)
+    axes.set(ylabel=f"power of impacts ({sign})", ylim=(0.0, None))
 
 
 # The twist of a drive train over a run.
