@@ -12,8 +12,9 @@ from scipy import io, sparse
 from scipy.linalg import eigh
 
 import autobalancer as ab
-from autobalancer.assembly.rotors import LateralModel, lateral_model
+from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.rotors.grounds import sag
+from autobalancer.assembly.rotors.lateral_model import LateralModel
 from autobalancer.errors import MachineFileError
 from autobalancer.files.examples import example_text
 from autobalancer.files.machine_file import machine_text, parse_race_machine

@@ -9,8 +9,9 @@ import pytest
 from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
-from autobalancer.assembly.rotors import LateralModel, lateral_model, station_rows, with_ball_mass
+from autobalancer.assembly.rotors import lateral_model, station_rows, with_ball_mass
 from autobalancer.assembly.rotors.critical import critical_speeds
+from autobalancer.assembly.rotors.lateral_model import LateralModel
 from autobalancer.assembly.rotors.rig import multibody
 from autobalancer.assembly.rotors.rigid import rigid
 from autobalancer.errors import MachineError

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import autobalancer as ab
-from autobalancer.assembly.rotors import LateralModel, lateral_model
+from autobalancer.assembly.rotors import lateral_model
+from autobalancer.assembly.rotors.lateral_model import LateralModel
 from autobalancer.assembly.rotors.rig import multibody
 from autobalancer.assembly.rotors.rigid import rigid
 from autobalancer.errors import MachineError

@@ -15,7 +15,6 @@ from autobalancer.assembly.drive_train import unbalance_factor
 from autobalancer.assembly.guided_balls import ball_inertia
 from autobalancer.assembly.reduced_rotor import has_hardening, spatial_parts
 from autobalancer.assembly.rotors import (
-    LateralModel,
     Planes,
     lateral_model,
     places_key,
@@ -30,7 +29,7 @@ from autobalancer.assembly.rotors import (
 from autobalancer.assembly.rotors.ellipses import steadily
 from autobalancer.assembly.rotors.equivalent_stiffness import hard_places, mounts, softened
 from autobalancer.assembly.rotors.grounds import Ground, carried, grounds, large_motions, sag
-from autobalancer.assembly.rotors.lateral_model import Complexes
+from autobalancer.assembly.rotors.lateral_model import Complexes, LateralModel
 from autobalancer.assembly.rotors.reduction import Reduction, circular
 from autobalancer.assembly.system import Assembly, assemble, assemble_general, total_mass
 from autobalancer.cache import remembered

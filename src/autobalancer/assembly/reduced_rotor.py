@@ -11,7 +11,6 @@ import numpy as np
 
 from autobalancer.assembly.drive_train import corners, unbalance_factor
 from autobalancer.assembly.rotors import (
-    LateralModel,
     balancer_rows,
     lateral_model,
     places_key,
@@ -33,7 +32,7 @@ from autobalancer.assembly.rotors.equivalent_stiffness import (
     mounts,
     sliding_model,
 )
-from autobalancer.assembly.rotors.lateral_model import Complexes, Floats, Matrix, Rows
+from autobalancer.assembly.rotors.lateral_model import Complexes, Floats, LateralModel, Matrix, Rows
 from autobalancer.assembly.rotors.reduction import Reducer, Reduction, circular
 from autobalancer.cache import remembered
 from autobalancer.catalog.resolve import Ball

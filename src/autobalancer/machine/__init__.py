@@ -6,23 +6,17 @@ Leaves, such as drag laws, have a file each outside of this package; their class
 from typing import TYPE_CHECKING
 
 from autobalancer.errors import MachineError
-from autobalancer.machine.balancer import (
-    Balancer,
-    BallInRace,
-    Balls,
+from autobalancer.machine.balancer.fluid import BallInRace, Drag, Fluid, ShearLaw
+from autobalancer.machine.balancer.force import Force, PairForce
+from autobalancer.machine.balancer.race import Balancer, Balls, Race
+from autobalancer.machine.balancer.resolved import (
     Contact,
-    Drag,
-    Fluid,
-    Force,
     Friction,
     FrictionLaw,
     Harmonic,
-    PairForce,
     Partitions,
-    Race,
     ResolvedContact,
     Roundness,
-    ShearLaw,
 )
 from autobalancer.machine.chamber import (
     Chamber,

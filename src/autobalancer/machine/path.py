@@ -10,7 +10,9 @@ from typing import Any, NamedTuple
 
 from autobalancer.errors import QuestionError
 from autobalancer.machine import DiscoidalDrag, ViscousDrag
-from autobalancer.machine.balancer import Balls, Fluid, Friction
+from autobalancer.machine.balancer.fluid import Fluid
+from autobalancer.machine.balancer.race import Balls
+from autobalancer.machine.balancer.resolved import Friction
 from autobalancer.machine.keys import parts_at
 from autobalancer.machine.machine import Machine, Unbalance
 from autobalancer.machine.part import Part, quantity_of, symbol_of

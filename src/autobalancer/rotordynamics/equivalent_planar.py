@@ -14,16 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eig, eigh
 
-from autobalancer.assembly.rotors import (
-    LateralModel,
-    Rows,
-    balancer_rows,
-    lateral_model,
-    reference,
-    rows_at,
-    unbalance_shape,
-)
-from autobalancer.assembly.rotors.lateral_model import Complexes
+from autobalancer.assembly.rotors import balancer_rows, lateral_model, reference, rows_at, unbalance_shape
+from autobalancer.assembly.rotors.lateral_model import Complexes, LateralModel, Rows
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Disk, Machine, PlanarRotor, ShaftMaterial, ShaftRotor, ShaftSegment, Support, Unbalance

@@ -14,8 +14,8 @@ from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from autobalancer.assembly.quantities import parameter_of, with_value_at
-from autobalancer.assembly.rotors import LateralModel, lateral_model, rows_at, with_ball_mass
-from autobalancer.assembly.rotors.lateral_model import Floats
+from autobalancer.assembly.rotors import lateral_model, rows_at, with_ball_mass
+from autobalancer.assembly.rotors.lateral_model import Floats, LateralModel
 from autobalancer.errors import QuestionError, UnitError
 from autobalancer.machine import Machine
 from autobalancer.machine.path import unit_at

@@ -12,33 +12,11 @@ import numpy as np
 
 from autobalancer.assembly.drive_train import unbalance_factor
 from autobalancer.assembly.rotors.equivalent_stiffness import hard_places
-from autobalancer.assembly.rotors.lateral_model import Axis, Complexes, Floats, LateralModel, Matrix, Rows, matrices
+from autobalancer.assembly.rotors.lateral_model import Complexes, Floats, LateralModel, Matrix, Rows, matrices
 from autobalancer.cache import remembered
 from autobalancer.catalog.resolve import planar_rotor, resolve
 from autobalancer.errors import MachineError
 from autobalancer.machine import Machine, PlanarRotor, RigidRotor, Unbalance
-
-__all__ = [
-    "Axis",
-    "LateralModel",
-    "Planes",
-    "Rows",
-    "balancer_rows",
-    "couple_vector",
-    "lateral_model",
-    "least_moments",
-    "places_key",
-    "planes_of",
-    "reference",
-    "rotor_key",
-    "rows_at",
-    "rows_matrix",
-    "spring_model",
-    "station_rows",
-    "unbalance_load",
-    "unbalance_shape",
-    "with_ball_mass",
-]
 
 
 def rotor_key(machine: Machine) -> tuple[Any, ...]:

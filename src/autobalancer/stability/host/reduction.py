@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from autobalancer.assembly.rotors import LateralModel
+from autobalancer.assembly.rotors.lateral_model import LateralModel
 from autobalancer.assembly.rotors.reduction import AIM, fewest
 from autobalancer.stability.host.stations import Matrix, Stations
 

@@ -17,17 +17,10 @@ from autobalancer.assembly.contact import contact_rows
 from autobalancer.assembly.drive_train import schedule_times, unbalance_factor, unbalance_vector
 from autobalancer.assembly.guided_balls import ball_rows, force_rows, forces_in, has_forces, moving_rows
 from autobalancer.assembly.reduced_rotor import axial_gravity
-from autobalancer.assembly.rotors import (
-    LateralModel,
-    lateral_model,
-    planes_of,
-    rows_matrix,
-    unbalance_shape,
-    with_ball_mass,
-)
+from autobalancer.assembly.rotors import lateral_model, planes_of, rows_matrix, unbalance_shape, with_ball_mass
 from autobalancer.assembly.rotors.critical import critical_speeds, natural_frequencies
 from autobalancer.assembly.rotors.equivalent_stiffness import HardPlace
-from autobalancer.assembly.rotors.lateral_model import SAME
+from autobalancer.assembly.rotors.lateral_model import SAME, LateralModel
 from autobalancer.assembly.rotors.rigid import Point
 from autobalancer.assembly.system import steady, total_mass
 from autobalancer.catalog.resolve import Ball, capability_of, planar_rotor, resolve
