@@ -109,7 +109,7 @@ def _of_keys() -> Iterator[Term]:
 TERMS = (
     Term(
         "mass, springs and dampers of the rotor",
-        "RotorModel: *; Resonance: mass frequency damping_ratio; Coordinate: *; MatrixFiles: *; "
+        "RotorModel: *; Resonance: *; ModeFiles: *; Coordinate: *; MatrixFiles: *; "
         "Support: position stiffness damping cross_stiffness tilt_stiffness tilt_damping; SpeedTable: speed stiffness damping; "
         "ShaftMaterial: density youngs_modulus shear_modulus poisson_ratio; "
         "ShaftSegment: length diameter inner_diameter elements shear_coefficient; "
@@ -294,7 +294,7 @@ TERMS = (
         "starts of the rotor, names, and what counts in runs under a torque only",
         "Machine: name description; Station: name; Balancer: name; Body: name; Disk: name; Coupling: name; "
         "Start: rotor_angle speed deflection velocity; RunPlan: duration; "
-        "PlanarRotor: inertia; ModalRotor: inertia; MatricesRotor: inertia source total_mass valid_to",
+        "PlanarRotor: inertia; ModalRotor: inertia source total_mass; MatricesRotor: inertia source total_mass valid_to",
         frozenset(),
         ALL,
         ANY_PLACE,

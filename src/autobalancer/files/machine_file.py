@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import KeyPath, MachineError, MachineFileError, Problem, QuestionError
 from autobalancer.files.text_files import MACHINE, parsed_toml, read_table, read_text
-from autobalancer.machine import Machine
+from autobalancer.machine import Disk, Machine, ShaftMaterial, ShaftSegment, Support
 from autobalancer.machine.chamber import ChamberMachine
-from autobalancer.machine.part import Part
+from autobalancer.machine.part import Part, quantity_of, unknown_key
 from autobalancer.machine.schema import OTHERS, other_kind
 from autobalancer.machine_kinds import CHAMBERS, RACES, Kind, machine_kind
 from autobalancer.safe_file import as_path, write_text_safely
@@ -181,6 +181,11 @@ def with_profiles(data: dict[str, Any], folder: Path, source: str) -> dict[str, 
 
         with _problem_at(source, ("rotor", "files")):
             data["rotor"] = rotor_from_files(rotor.pop("files"), rotor, folder)
+    for name, part in (("segments", ShaftSegment), ("disks", Disk), ("supports", Support)):
+        if isinstance(rotor, dict) and isinstance(given := rotor.get(name), dict) and "file" in given:
+            with _problem_at(source, ("rotor", name)):
+                _alone(given, [key for key in given if key != "file"])
+                rotor[name] = _parts(folder / str(given["file"]), part)
     for b, balancer in enumerate(_tables(data.get("balancers"))):
         for r, race in enumerate(_tables(balancer.get("races"))):
             place = ("balancers", b, "races", r, "roundness")
@@ -234,6 +239,37 @@ def _columns(path: Path, wanted: Sequence[tuple[str, str]]) -> list[NDArray[np.f
         return [table.numbers(name, unit) for name, unit in wanted]
     except MachineFileError as error:
         raise error.within("file") from None
+
+
+def _parts(path: Path, part: type[Part]) -> list[dict[str, Any]]:
+    """A part for each line of a table; its columns are keys of the part, of a segment also those of its material."""
+    required = [name for name, field in part.model_fields.items() if field.is_required()]
+    example = ", ".join(f"{name} [{quantity_of(part, name).unit}]" for name in required if quantity_of(part, name))  # type: ignore[union-attr]
+    try:
+        table, entries = read_table(path, example, str(path), MachineFileError), []
+        for name, (column, unit) in table.heads.items():
+            inner = ShaftMaterial if part is ShaftSegment and name in ShaftMaterial.model_fields else part
+            if name not in inner.model_fields or (inner is part and name == "material"):
+                raise MachineFileError(f"{path}: column {name!r}: {unknown_key(name, sorted(part.model_fields))}")
+            quantity = quantity_of(inner, name)
+            if quantity is not None and quantity.unit and not unit:
+                raise MachineFileError(f"{path}: column {name!r} has no unit; write it so: {name} [{quantity.unit}]")
+            whole = inner.model_fields[name].annotation is int
+            cells = table.cells(column) if quantity is None and not whole else table.values(column).tolist()
+            entries.append((inner is ShaftMaterial, name, unit, whole, cells))
+    except MachineFileError as error:
+        raise error.within("file") from None
+    rows: list[dict[str, Any]] = []
+    for line in range(len(table.lines)):
+        row: dict[str, Any] = {}
+        for of_material, name, unit, whole, cells in entries:
+            cell = cells[line]
+            if cell == "" or cell != cell:  # empty: what holds without the key
+                continue
+            value = int(cell) if whole and cell == int(cell) else f"{cell!r} {unit}" if unit else cell
+            (row.setdefault("material", {}) if of_material else row)[name] = value
+        rows.append(row)
+    return rows
 
 
 def _even(angle: NDArray[np.float64], deviation: NDArray[np.float64], path: Path) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Matrices of a rotor in files of other programs, and fewer coordinates of them.
+"""Matrices and modes of a rotor in files of other programs, and fewer coordinates of them.
 
 The motions of kept nodes, and the modes of the rotor with these nodes held, are the new coordinates (Craig and Bampton, 1968):
 the static answer of the rotor to forces at the kept nodes stays exact, and the error at greater frequencies is measured here.
@@ -13,10 +13,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from autobalancer.errors import MachineError, MachineFileError
+from autobalancer.errors import MachineError, MachineFileError, ResultError, UnitError
 from autobalancer.files.text_files import read_table
-from autobalancer.machine.rotors.modal import MatricesRotor, MatrixFiles
+from autobalancer.machine.rotors.modal import MatricesRotor, MatrixFiles, ModeFiles
+from autobalancer.results.signals import UNIVERSAL, is_universal, read_universal_modes
 from autobalancer.safe_file import not_to_read
+from autobalancer.units import to_si
 
 NAMES = {"M": "mass", "K": "stiffness", "C": "damping", "G": "gyroscopic"}
 LENGTHS = {"m": 1.0, "mm": 1e-3, "in": 0.0254}
@@ -50,16 +52,19 @@ class Given(NamedTuple):
 
 
 def rotor_from_files(entry: dict[str, Any], rotor: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """The keys of a rotor of the kind "matrices", with numbers in place of its ``files``, ``entry``.
+    """The keys of a rotor of the kind "matrices" or "modal", with numbers in place of its ``files``, ``entry``.
 
     Raises
     ------
     MachineError
         If a file cannot be read, its matrix does not fit, or nothing holds the rotor; with the path of the key.
     """
-    files = MatrixFiles(**entry)
-    if both := [key for key in NUMBERS if key in rotor]:
+    modal = rotor.get("kind") == "modal"
+    if both := [key for key in (("positions", "resonances") if modal else NUMBERS) if key in rotor]:
         raise MachineFileError(f"{both[0]}: is read from the files; leave it out")
+    if modal:
+        return _modal_keys(ModeFiles(**entry), folder) | rotor
+    files = MatrixFiles(**entry)
     return _keys(_read(files, folder), files.keep, files.modes, f"{files.file or files.mass}: ") | rotor
 
 
@@ -365,16 +370,9 @@ def _polar_inertia(given: Given) -> float:
 def _kept(keep: Sequence[float], given: Given) -> NDArray[np.bool_]:
     """Rows of the nodes that are kept, of motions across the axis that have mass."""
     kept = np.zeros(given.ways.size, np.bool_)
-    reach = max(float(np.ptp(given.positions)), 1e-9)
     for number, place in enumerate(keep):
-        apart = np.abs(given.positions - float(place))
-        if apart.min() > 1e-6 * reach:
-            raise MachineError(
-                f"no node is at {float(place):.6g} m; the nearest is at {given.positions[apart.argmin()]:.6g} m, and all are "
-                f"from {given.positions.min():.6g} to {given.positions.max():.6g} m",
-                ("keep", number),
-            )
-        kept |= apart <= 1e-6 * reach
+        near = given.positions[_nearest(given.positions, float(place), ("keep", number))]
+        kept |= np.abs(given.positions - near) <= 1e-6 * np.ptp(given.positions)
     heavy = np.asarray(given.matrices["mass"].diagonal() > 0.0, np.bool_)
     return kept & heavy & np.isin(given.ways, ("ux", "uy", "rx", "ry"))
 
@@ -468,3 +466,132 @@ def _valid_to(given: Given, basis: Matrix, places: NDArray[np.int64], top: float
             break
         valid = float(frequency)
     return valid
+
+
+# Modes with their shapes, from a table with a line for each or from a universal file: columns by keys of a resonance.
+
+
+MODES = "frequency [Hz], damping ratio [%], mass [kg], x at 0 mm, x at 180 mm"
+ALIKE = 1e-3  # difference of two shapes, of their size, below which they are one
+DOUBLE = 1e-4  # of two frequencies
+UNITS = {"frequency": "rad/s", "mass": "kg"}
+SHAPES = {"x": "shape", "y": "shape_y", "slope": "slope", "slope of x": "slope", "slope of y": "slope_y"}
+
+
+def _modal_keys(files: ModeFiles, folder: Path) -> dict[str, Any]:
+    """Positions and resonances of a rotor of the kind "modal"."""
+    path = folder / files.file
+    if reason := not_to_read(path):
+        raise MachineFileError(f"{path}: {reason}", ("file",))
+    try:
+        with path.open("rb") as file:
+            universal = is_universal(file.read(1024)) or path.suffix.lower() in UNIVERSAL
+        places, columns = _universal_modes(path, files, folder) if universal else _table_of_modes(path)
+    except (MachineFileError, ResultError, UnitError) as error:
+        raise MachineFileError.of("", [(at or ("file",), text) for at, text in error.problems]) from None
+    kept = np.arange(places.size)
+    if files.keep is not None:
+        kept = np.unique([_nearest(places, float(z), ("keep", number)) for number, z in enumerate(files.keep)])
+    columns = {name: of[:, kept] if name in SHAPES.values() else of for name, of in columns.items()}
+    order = np.argsort(columns["frequency"], kind="stable")[: files.modes]
+    return {
+        "positions": places[kept].tolist(),
+        "resonances": [
+            {
+                name: f"{float(of[k])!r} {UNITS[name]}" if name in UNITS else of[k].tolist()
+                for name, of in columns.items()
+            }
+            for k in order
+        ],
+        "source": f"{files.file}: {order.size} of {columns['frequency'].size} modes",
+    }
+
+
+def _nearest(places: Matrix, place: float, key: tuple[str | int, ...]) -> int:
+    """Which of the places of nodes is there."""
+    number = int(np.abs(places - place).argmin())
+    if abs(places[number] - place) > 1e-6 * max(float(np.ptp(places)), 1e-9):
+        raise MachineError(
+            f"no node is at {place:.6g} m; the nearest is at {places[number]:.6g} m, and all are from {places.min():.6g} to "
+            f"{places.max():.6g} m",
+            key,
+        )
+    return number
+
+
+def _table_of_modes(path: Path) -> tuple[Matrix, dict[str, Matrix]]:
+    """A line for each mode; columns such as `x at 12 mm`, `slope at 12 mm [1/m]`, `y at ...`, `slope of y at ...`."""
+    table = read_table(path, MODES, error=MachineFileError)
+    ratio = "damping_ratio" if "damping_ratio" in table.heads else "damping ratio"
+    columns = {"frequency": table.numbers("frequency", "rad/s"), "damping_ratio": table.numbers(ratio, "")}
+    if "mass" in table.heads:
+        columns["mass"] = table.numbers("mass", "kg")
+    shapes: dict[str, dict[float, Matrix]] = {"shape": {}}
+    for name in table.heads:
+        what, at, place = name.partition(" at ")
+        if at and what in SHAPES:
+            shapes.setdefault(SHAPES[what], {})[to_si(place, "m")] = table.numbers(
+                name, "1/m" if "slope" in what else ""
+            )
+    places = sorted(shapes["shape"])
+    for key, of in shapes.items():
+        if not places or sorted(of) != places:
+            raise MachineFileError(f"{path}: no {key} at the same places as x; name the columns such as: {MODES}")
+        columns[key] = np.column_stack([of[z] for z in places])
+    if parts := [table.numbers(name, "") for name in ("participation", "participation of y") if name in table.heads]:
+        columns["participation"] = np.column_stack(parts)
+    return np.array(places), columns
+
+
+def _universal_modes(path: Path, files: ModeFiles, folder: Path) -> tuple[Matrix, dict[str, Matrix]]:
+    """Modes of a universal file, at the nodes that are known."""
+    found = read_universal_modes(path.read_bytes(), path.name)
+    if not found.modes:
+        raise MachineFileError(f"{path}: has no mode (data set 55, normal or complex)")
+    length, mass = found.units or (0.0, 0.0)
+    length = LENGTHS[files.length_unit] if files.length_unit else length
+    mass = MASSES[files.mass_unit] if files.mass_unit else mass
+    for value, key in ((length, "length_unit"), (mass, "mass_unit")):
+        if not value:
+            raise MachineFileError("missing; the file has no units (data set 164)", (key,))
+    places = {node: length * place[2] for node, place in found.nodes.items()}
+    if files.nodes is not None:
+        table = read_table(folder / files.nodes, "node, position [mm]", error=MachineFileError)
+        places = dict(zip(table.texts("node"), table.numbers("position", "m").tolist(), strict=True))
+    common = set(places).intersection(*(mode.nodes for mode in found.modes))
+    if not common:
+        raise MachineFileError(f"{path}: no node of all its modes has a position; give a table of them", ("nodes",))
+    nodes = sorted(common, key=lambda node: places[node])
+    motions = np.array([mode.motions[[mode.nodes.index(node) for node in nodes]] for mode in found.modes])
+    numbers = np.array([(mode.frequency, mode.damping_ratio, mass * mode.mass) for mode in found.modes]).T
+    columns = dict(zip(("frequency", "damping_ratio", "mass"), numbers, strict=True))
+    columns |= {"shape": motions[:, :, 0], "shape_y": motions[:, :, 1]}
+    if motions.shape[2] == 6 and motions[:, :, 3:5].any():
+        columns |= {"slope": motions[:, :, 4] / length, "slope_y": -motions[:, :, 3] / length}
+    return np.array([places[node] for node in nodes]), _round_modes(columns)
+
+
+def _round_modes(columns: dict[str, Matrix]) -> dict[str, Matrix]:
+    """Modes along x and y alike, where they come in pairs of one shape, or were measured along one direction alone."""
+    keys = [key for key in ("shape", "slope") if key in columns]
+    numbers = {key: columns[key] for key in ("frequency", "damping_ratio", "mass")}
+    size = [float(np.abs(columns[key]).max()) for key in ("shape", "shape_y")]
+    if min(size) < ALIKE * max(size):
+        return numbers | {key: columns[key + "_y" * (size[1] > size[0])] for key in keys}
+    order = np.argsort(columns["frequency"], kind="stable")
+    x, y = (
+        np.hstack([columns[key + end] for key in keys])[order] * numbers["mass"][order, None] ** -0.5
+        for end in ("", "_y")
+    )  # of mass one
+    frequency, first = columns["frequency"][order], order[::2]
+    if order.size % 2 or np.ptp(frequency.reshape(-1, 2), axis=1).max() > DOUBLE * frequency[-1]:
+        return columns
+    _, sizes, right = np.linalg.svd(np.stack([x[::2], x[1::2], y[::2], y[1::2]], axis=1))
+    if (sizes[:, 1] > ALIKE * sizes[:, 0]).any():
+        return columns
+    shapes = np.split(right[:, 0] * sizes[:, :1] / np.sqrt(2.0), len(keys), axis=1)
+    return (
+        {key: of[first] for key, of in numbers.items()}
+        | {"mass": np.ones(first.size)}
+        | dict(zip(keys, shapes, strict=True))
+    )

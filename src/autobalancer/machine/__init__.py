@@ -65,7 +65,7 @@ from autobalancer.machine.plugins import Leaf, leaves_of
 from autobalancer.machine.rotors import MODELS, Rotor
 from autobalancer.machine.rotors.body import Body, Station
 from autobalancer.machine.rotors.joint import Joint, PointJoint, Spot
-from autobalancer.machine.rotors.modal import Coordinate, MatricesRotor, MatrixFiles, ModalRotor, Resonance
+from autobalancer.machine.rotors.modal import Coordinate, MatricesRotor, MatrixFiles, ModalRotor, ModeFiles, Resonance
 from autobalancer.machine.rotors.multibody import MultibodyRotor
 from autobalancer.machine.rotors.planar import PlanarRotor
 from autobalancer.machine.rotors.rigid import RigidRotor
@@ -133,6 +133,7 @@ __all__ = [
     "MatricesRotor",
     "MatrixFiles",
     "ModalRotor",
+    "ModeFiles",
     "MotorMount",
     "MultibodyRotor",
     "PairForce",

@@ -372,9 +372,13 @@ class Machine(Part):
 
     @model_validator(mode="after")
     def _known_by_its_modes(self) -> Machine:
-        if not isinstance(self.rotor, ModalRotor):
+        if not isinstance(self.rotor, ModalRotor) or self.rotor.knows_whole:
             return self
         unknown = "the modes of a rotor at one plane do not say how its other parts move with"
+        if not self.rotor.one_plane:
+            unknown = (
+                "without the 'participation' of each mode its shapes at stations do not say how the whole moves with"
+            )
         problems: list[Problem] = []
         if self.axis == "horizontal" and float(self.gravity):
             problems.append((("axis",), f"{unknown} its weight; take a vertical axis, or 'gravity = 0'"))

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -379,6 +379,88 @@ def read_universal(content: bytes | mmap.mmap, name: str, path: Path | None = No
         f"{len(functions)} of {there} functions (datasets 58) could be read; lengths or marks of the others are wrong"
     )
     return functions, [lost] if there > len(functions) else []
+
+
+class UniversalMode(NamedTuple):
+    """One mode of a data set 55, scaled as in the file."""
+
+    frequency: float  # rad/s
+    damping_ratio: float
+    mass: float
+    nodes: list[str]
+    motions: NDArray[np.float64]  # (nodes, 3 or 6), along and about x, y, z
+
+
+class UniversalModes(NamedTuple):
+    """Modes of a universal file, where its nodes are, and the SI values of its units of length and mass, where it says them."""
+
+    modes: list[UniversalMode]
+    nodes: dict[str, tuple[float, ...]]
+    units: tuple[float, float] | None
+
+
+def read_universal_modes(content: bytes, name: str) -> UniversalModes:
+    """All modes of a universal file, normal or complex (data sets 55), with its nodes (15, 2411) and units (164).
+
+    Raises
+    ------
+    ResultError
+        If one is damaged, has no modal mass, or its nodes do not move in phase.
+    """
+    found = UniversalModes([], {}, None)
+    for kind, _, start, end in _datasets(content):
+        lines = content[start:end].decode("latin-1").replace("D", "E").splitlines()
+        try:
+            if kind == "164":
+                length, force = (1.0 / float(part) for part in lines[1].split()[:2])
+                found = found._replace(units=(length, force / length))
+            elif kind == "15":
+                found.nodes.update((line.split()[0], tuple(map(float, line.split()[4:7]))) for line in lines)
+            elif kind == "2411":
+                pairs = zip(lines[::2], lines[1::2], strict=True)
+                found.nodes.update((head.split()[0], tuple(map(float, place.split()))) for head, place in pairs)
+            elif kind == "55" and int(lines[5][10:20]) in (NORMAL, *COMPLEX):
+                found.modes.append(_mode(lines))
+        except (ValueError, IndexError, ArithmeticError) as reason:
+            place = f"data set {kind}" + f" of mode {len(found.modes) + 1}" * (kind == "55")
+            raise ResultError(f"{name}, {place}: {reason}") from None
+    return found
+
+
+NORMAL, COMPLEX = 2, (3, 7)  # kinds of analysis
+IN_PHASE = 0.1  # share of a shape that may be a quarter of a period apart from it
+
+
+def _mode(lines: list[str]) -> UniversalMode:
+    """A mode; of a complex one modal A is 2 i w m of the shape as it stands there."""
+    analysis, form, each = (int(lines[5][i : i + 10]) for i in (10, 40, 50))
+    wide = each * (2 if form == 5 else 1)
+    numbers = _fields(lines[7])
+    taken = -(-wide // 6)  # lines of a node
+    rows = np.array(
+        [_fields("".join(lines[i + 1 : i + 1 + taken]))[:wide] for i in range(8, len(lines) - taken, 1 + taken)]
+    )
+    motions = rows[:, ::2] + 1j * rows[:, 1::2] if form == 5 else rows.astype(np.complex128)
+    if analysis == NORMAL:
+        frequency, mass, ratio = 2.0 * np.pi * numbers[0], complex(numbers[1]), numbers[2] or 0.5 * numbers[3]
+    else:
+        pole = complex(*numbers[:2])
+        frequency, ratio, mass = abs(pole), -pole.real / abs(pole), complex(*numbers[2:4]) / (2j * pole.imag)
+    turn = np.exp(-0.5j * np.angle((motions**2).sum()))
+    motions, mass = motions * turn, mass * turn**2
+    if np.abs(motions.imag).max() > IN_PHASE * np.abs(motions).max():
+        raise ValueError(
+            "its nodes do not move in phase, so it is no mode that is damped by itself; give real normal modes"
+        )
+    if not mass.real > 0.0:
+        raise ValueError(f"its modal mass is {mass.real:g}; export scaled modes")
+    nodes = [line.strip() for line in lines[8 :: 1 + taken]][: len(rows)]
+    return UniversalMode(frequency, float(ratio), float(mass.real), nodes, motions.real)
+
+
+def _fields(line: str) -> list[float]:
+    """Numbers that are 13 letters wide."""
+    return [float(line[i : i + 13]) for i in range(0, len(line.rstrip()), 13)]
 
 
 def _datasets(content: bytes | mmap.mmap) -> Iterator[tuple[str, list[str], int, int]]:

@@ -14,6 +14,7 @@ import xarray as xr
 from autobalancer.assembly.drive_train import corners, highest_prescribed
 from autobalancer.assembly.places import Places, in_frame, off_center
 from autobalancer.assembly.reduced_rotor import has_hardening, has_rubber
+from autobalancer.assembly.rotors import balancer_rows, lateral_model
 from autobalancer.assembly.rotors.equivalent_stiffness import central_force
 from autobalancer.assembly.system import Assembly, equal_groups
 from autobalancer.catalog.product_tables import NONE_GIVEN
@@ -23,7 +24,7 @@ from autobalancer.kernels.integrators.recording import Record
 from autobalancer.kernels.measures.columns_of_measures import FASTEST
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, X, Y
 from autobalancer.laws.stall import held_whirl
-from autobalancer.machine import Machine, MatricesRotor, PrescribedSpeed
+from autobalancer.machine import Machine, MatricesRotor, ModalRotor, PrescribedSpeed
 from autobalancer.machine.drive import Hill
 from autobalancer.machine.keys import USUAL, bare_numbers
 from autobalancer.results.display_units import length_text, significant
@@ -312,6 +313,7 @@ def input_notes(machine: Machine, end: float | None) -> tuple[str, ...]:
         bare_numbers(machine)
         + _too_heavy(machine)
         + _of_matrices(machine)
+        + _of_modes(machine)
         + (() if end is None else _ends_early(machine, end))
     )
 
@@ -352,6 +354,38 @@ def _of_matrices(machine: Machine) -> tuple[str, ...]:
             f"the balls are {100.0 * balls / rotor.mass:.3g} % of the mass of the rotor, {rotor.mass:.4g} kg; look at the "
             "units of the matrices (rotor.files.mass_unit) if it is heavier"
         )
+    return tuple(notes)
+
+
+LEFT_OUT = 0.02  # of the static deflection of a station; what the highest mode brings of it says what others would
+
+
+def _of_modes(machine: Machine) -> tuple[str, ...]:
+    """What modes that are not known may cost a rotor of modes with shapes."""
+    rotor, notes = machine.rotor, []
+    if not isinstance(rotor, ModalRotor) or rotor.one_plane:
+        return ()
+    top, speed = max(rotor.resonances, key=lambda mode: float(mode.frequency)), highest_prescribed(machine)
+    highest = f"the highest of its modes, at {rpm_and_si(float(top.frequency))},"
+    if speed is not None and speed > 0.5 * float(top.frequency):
+        notes.append(f"the machine turns at up to {rpm_and_si(speed)}; {highest} should be at twice that or above")
+    if rotor.total_mass is not None and rotor.knows_whole and rotor.carried < (1.0 - LEFT_OUT) * rotor.mass:
+        notes.append(
+            f"its modes carry {100.0 * rotor.carried / rotor.mass:.3g} % of the mass of the rotor, the rest is left out"
+        )
+    model, named = lateral_model(machine), {station.name: station.position for station in machine.stations}
+    for place, balancer in zip(balancer_rows(machine, model), machine.balancers, strict=True):
+        row, at = (
+            model.both(place.deflection[None])[0],
+            float(named.get(str(balancer.station), balancer.station) or 0.0),
+        )
+        number = int(np.abs(np.array(rotor.positions) - at).argmin())
+        whole = float(row @ np.linalg.solve(model.stiffness_at(0.0), row)) * top.modal_mass * float(top.frequency) ** 2
+        if len(rotor.resonances) > 1 and (share := top.shape[number] ** 2) > LEFT_OUT * whole > 0.0:
+            notes.append(
+                f"{highest} brings {100.0 * share / whole:.2g} % of the static deflection under a force at {1e3 * at:.4g} mm; "
+                "modes that were left out may bring as much"
+            )
     return tuple(notes)
 
 

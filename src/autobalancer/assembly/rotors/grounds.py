@@ -20,6 +20,8 @@ from autobalancer.machine import Machine, MultibodyRotor, PlanarRotor
 from autobalancer.machine.rotors.body import GROUND
 from autobalancer.machine.rotors.joint import PointJoint
 
+SAME = 1e-9  # of the motion of a support, beyond which a translation of the whole is none
+
 
 @dataclass(frozen=True)
 class Ground:
@@ -46,17 +48,29 @@ def grounds(machine: Machine, model: LateralModel) -> tuple[Ground, ...]:
         factor = float(rotor.stiffness_proportional_damping)
         for number, support in enumerate(rotor.supports, 1):
             place = model.axis.rows(float(support.position), None)
+            row = model.both(place.deflection[None])
+            across = _moving(model, row, model.both(place.slope[None]))
             damping, stiffness = np.zeros((2, *model.stiffness.shape))
             add_support(support, place, model.speeds, damping, stiffness)
             damping = damping + factor * stiffness
             name = _name(machine, model, place, f"support {number}")
-            grounds.append(
-                Ground(name, across.T @ stiffness, across.T @ damping, model.both(place.deflection[None]), number)
-            )
+            grounds.append(Ground(name, across.T @ stiffness, across.T @ damping, row, number))
     hard = {number for _, number, _ in hardenings(machine)}
     return tuple(
         ground for ground in grounds if ground.stiffness.any() or ground.damping.any() or ground.number in hard
     )
+
+
+def _moving(model: LateralModel, row: Matrix, slope: Matrix | None = None) -> Matrix:
+    """Coordinates that move the place of a support by one along x and along y without a tilt there, (N, 2).
+
+    A translation of the whole does, unless the modes that are known do not make up one.
+    """
+    across = model.translation
+    if np.abs(row @ across - np.eye(2)).max() < SAME:
+        return across
+    both = row if slope is None else np.vstack([row, slope])
+    return np.asarray(np.linalg.pinv(both if np.linalg.matrix_rank(both) == len(both) else row)[:, :2])
 
 
 def sag(model: LateralModel, gravity: float) -> Floats:
@@ -78,7 +92,7 @@ def large_motions(
 
     The rows are (2, 2 M), along x and y for a force along the two directions of each of the M pieces of rubber.
     """
-    across, stiffness, damping = model.translation.T, ground.stiffness.copy(), ground.damping.copy()
+    across, stiffness, damping = _moving(model, ground.row).T, ground.stiffness.copy(), ground.damping.copy()
     rows = np.zeros((2, len(mounts), 2))
     for i, mount in enumerate(mounts):
         if mount.grounded and mount.support == ground.number:
@@ -91,8 +105,9 @@ def large_motions(
 
 def carried(model: LateralModel, grounds: tuple[Ground, ...], hard: tuple[HardPlace, ...]) -> Matrix:
     """Rows of the force on each support along x and y for the forces along both directions of each bearing, (S, 2, 2 H)."""
-    across, rows = model.translation.T, np.zeros((len(grounds), 2, len(hard), 2))
+    rows = np.zeros((len(grounds), 2, len(hard), 2))
     for i, ground in enumerate(grounds):
+        across = _moving(model, ground.row).T
         for j, place in enumerate(hard):
             if place.grounded and place.support == ground.number:
                 rows[i, :, j] = across @ place.rows.T

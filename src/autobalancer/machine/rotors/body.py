@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any
 
 from pydantic import model_validator
 
@@ -19,7 +19,10 @@ class RotorModel(Part):
     mass, springs and dampers to every theory, unless ``assembly/terms.py`` says otherwise.
     """
 
-    one_plane: ClassVar[bool] = False  # no length and no tilt: all is in one plane
+    @property
+    def one_plane(self) -> bool:
+        """Whether it has no length and no tilt, so that all is in one plane."""
+        return False
 
 
 class PlaceQuantity(Quantity):

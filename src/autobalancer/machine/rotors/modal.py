@@ -1,55 +1,165 @@
-"""A rotor that is known by its matrices, as finite elements give them, or by its modes at one plane, as a hammer test does."""
+"""A rotor that is known by its matrices, as finite elements give them, or by its modes, as a modal or a hammer test does."""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, PlainValidator, model_validator
 
+from autobalancer.errors import MachineError, Problem
 from autobalancer.machine.part import Inertia, Label, Listed, Mass, Part, Position, Quantity, Rate, Time, key
-from autobalancer.machine.rotors.body import RotorModel
+from autobalancer.machine.rotors.body import BodyInertia, RotorModel
 from autobalancer.machine.rotors.support import Support
+
+LengthUnit = Literal["m", "mm", "in"]
+MassUnit = Literal["kg", "t", "g", "lb", "lbf*s^2/in"]
+Motions = Annotated[tuple[float, ...], Listed]
 
 
 class Resonance(Part):
-    """One mode: it moves the plane as a mass on a spring and a damper would on which the same force acts."""
+    """One mode: it moves the plane as a mass on a spring and a damper would on which the same force acts.
 
-    mass: Mass = key("modal mass at the plane, without balls: the mode has deflection one there", symbol="m_k")
-    frequency: Annotated[float, Quantity("rad/s", positive=True)] = key("undamped natural frequency", symbol="w_k")
+    Of a rotor with stations along its axis it has a ``shape``, its deflections there; it moves along x and along y alike, or with
+    ``shape_y`` along y as that says, as modes of rotors on supports that are not alike do.
+    """
+
+    mass: Mass | None = key(
+        "modal mass, without balls: of a rotor that is known at one plane that of a mode with deflection one there; else that of "
+        "the mode with its `shape`, 1 kg without it, as shapes have that are normalised to the mass matrix",
+        None,
+        symbol="m_k",
+    )
+    frequency: Annotated[float, Quantity("rad/s", non_negative=True)] = key(
+        "undamped natural frequency; zero is the motion of a rotor without its supports", symbol="w_k"
+    )
     damping_ratio: Annotated[float, Quantity("", non_negative=True)] = key(
         "over critical damping, such as `2 %`", symbol="D_k"
+    )
+    shape: Motions = key("deflection at each of the `positions`", ())
+    slope: Annotated[tuple[Annotated[float, Quantity("1/m")], ...], Listed] = key("of the shape there, dx/dz", ())
+    shape_y: Motions = key("deflections along y, of a rotor that is not round; `shape` is along x then", ())
+    slope_y: Annotated[tuple[Annotated[float, Quantity("1/m")], ...], Listed] = key("of these, dy/dz", ())
+    participation: Motions = key(
+        "how much the mode moves as the whole rotor moves by one along x and along y, one number if these are alike; "
+        "needed for the weight across a horizontal axis and for motions of the base",
+        (),
+    )
+
+    @property
+    def modal_mass(self) -> float:
+        """As given, or 1 kg of a shape that is normalised to the mass matrix."""
+        return 1.0 if self.mass is None else float(self.mass)
+
+
+class ModeFiles(Part):
+    """A file with modes and their shapes, which lies beside the machine file; read with it, and replaced by numbers."""
+
+    file: Label = key(
+        "table with a line for each mode, as `frequency [Hz], damping ratio [%], mass [kg], x at 0 mm, slope at 0 mm [1/m]`, "
+        "or a universal file with data sets 55"
+    )
+    nodes: Label | None = key(
+        "table `node, position [mm]` for a universal file; without it the z of its data set 15 or 2411 is taken", None
+    )
+    length_unit: LengthUnit | None = key("of a universal file, which says it itself in data set 164", None)
+    mass_unit: MassUnit | None = key("of modal masses of a universal file", None)
+    keep: Annotated[tuple[Position, ...], Listed] | None = key(
+        "positions of the stations whose shapes are taken; without it all", None
+    )
+    modes: Annotated[int, Field(strict=True, ge=1)] | None = key(
+        "how many of them, from the lowest; all without it", None
     )
 
 
 class ModalRotor(RotorModel):
-    r"""Modes at the one plane in which unbalance and balls are, alike in all directions.
+    r"""Modes of a rotor: with shapes at stations along its axis, or at the one plane in which unbalance and balls are.
 
-    The receptance there is $\sum_k 1 / (m_k (\sigma^2 + 2 D_k w_k \sigma + w_k^2))$: each mode is damped by itself, and
-    gyroscopic moments do not change them. ``inertia`` (about the shaft, without balls) is needed only where a torque drives.
+    The receptance at one plane is $\sum_k 1 / (m_k (\sigma^2 + 2 D_k w_k \sigma + w_k^2))$, between stations with
+    the shapes there in place of the one: each mode is damped by itself. Gyroscopic moments are those of
+    ``polar_inertias``, ``supports`` are added. ``inertia`` (about the shaft, without balls) is needed only where a torque drives.
     """
 
     kind: Literal["modal"] = "modal"
-    one_plane: ClassVar[bool] = True
-    resonances: Annotated[tuple[Resonance, ...], Field(min_length=1), Listed] = key("of the rotor on its supports")
+    files: ModeFiles | None = key("read `positions` and `resonances` from a file", None)
+    resonances: Annotated[tuple[Resonance, ...], Listed] = key("of the rotor on its supports, one at least", ())
+    positions: Annotated[tuple[Position, ...], Listed] = key(
+        "of the stations at which shapes are given; without it the rotor is known at one plane", ()
+    )
+    polar_inertias: Annotated[tuple[BodyInertia, ...], Listed] = key(
+        "of what sits at each of the `positions`, for gyroscopic moments; modes need a `slope` there", (), symbol="J_p"
+    )
+    supports: Annotated[tuple[Support, ...], Listed] = key("at stations, added to what the modes contain", ())
+    stiffness_proportional_damping: Time = key("factor t in C = t K, added to the damping of modes and supports", 0.0)
     inertia: Inertia | None = key(
         "polar, about the shaft, without balls; required where a torque drives", None, symbol="J_p"
     )
+    total_mass: Mass | None = key("of all that moves across the axis, beside shapes", None)
+    source: Label = key("where the modes come from, for people", "")
+
+    @property
+    def one_plane(self) -> bool:
+        """Whether no shapes are given."""
+        return not self.positions
+
+    @model_validator(mode="after")
+    def _fitting(self) -> ModalRotor:
+        if not self.resonances:
+            raise ValueError("resonances: missing; give one at least, or 'files'")
+        problems: list[Problem] = []
+        if self.one_plane:
+            others = ("polar_inertias", "supports")
+            problems += [
+                ((key,), "needs 'positions', and a 'shape' of each mode") for key in others if getattr(self, key)
+            ]
+        elif (places := [float(z) for z in self.positions]) != sorted(set(places)):
+            problems.append((("positions",), "must ascend, each once"))
+        elif self.polar_inertias and len(self.polar_inertias) != len(places):
+            problems.append((("polar_inertias",), f"has {len(self.polar_inertias)} values for {len(places)} positions"))
+        if not self.one_plane and self.total_mass is None and not self.knows_whole:
+            problems.append(
+                (("total_mass",), "missing; shapes do not say it; or give the 'participation' of each mode")
+            )
+        uneven = any(mode.shape_y for mode in self.resonances)
+        for number, mode in enumerate(self.resonances):
+            if self.one_plane and (mode.mass is None or not mode.frequency):
+                name = "mass" if mode.mass is None else "frequency"
+                problems.append((("resonances", number, name), "must be above zero at one plane; or give 'positions'"))
+            for name in ("shape", "slope", "shape_y", "slope_y"):
+                given = len(getattr(mode, name))
+                wanted = name == "shape" or (name == "shape_y" and uneven) or (name == "slope" and self.polar_inertias)
+                if given != len(self.positions) and (given or wanted):
+                    text = f"has {given} values for {len(self.positions)} positions of the rotor"
+                    problems.append((("resonances", number, name), text))
+            if bool(mode.slope) != bool(self.resonances[0].slope) or (
+                uneven and bool(mode.slope) != bool(mode.slope_y)
+            ):
+                problems.append(
+                    (("resonances", number, "slope"), "give slopes of all modes, along x and y, or of none")
+                )
+            if self.knows_whole and len(mode.participation) != 1 + uneven:
+                text = f"has {len(mode.participation)} values; give {1 + uneven} of each mode"
+                problems.append((("resonances", number, "participation"), text))
+        if problems:
+            raise MachineError.of("ModalRotor", problems)
+        return self
+
+    @property
+    def knows_whole(self) -> bool:
+        """Whether it is said how the modes move as the whole rotor does."""
+        return any(mode.participation for mode in self.resonances)
 
     @property
     def mass(self) -> float:
-        """What a fast force at the plane feels, kg."""
-        return 1.0 / sum(1.0 / float(mode.mass) for mode in self.resonances)
+        """Of all that moves across the axis; at one plane what a fast force there feels, kg."""
+        if self.one_plane:
+            return 1.0 / sum(1.0 / mode.modal_mass for mode in self.resonances)
+        return self.carried if self.total_mass is None else float(self.total_mass)
 
     @property
-    def supports(self) -> tuple[Support, ...]:
-        """Not known one by one: they are in the modes."""
-        return ()
-
-    @property
-    def stiffness_proportional_damping(self) -> float:
-        """None beside that of the modes."""
-        return 0.0
+    def carried(self) -> float:
+        """The mass that the modes move as the whole rotor moves along x, kg."""
+        return math.fsum(mode.modal_mass * mode.participation[0] ** 2 for mode in self.resonances)
 
 
 Direction = Literal["ux", "uy", "uz", "rx", "ry", "rz", "modal", "modal x", "modal y"]
@@ -109,8 +219,8 @@ class MatrixFiles(Part):
     damping: Label | None = key("file of the damping matrix", None)
     gyroscopic: Label | None = key("file of the gyroscopic matrix at one radian a second", None)
     nodes: Label = key("table with a line for each row of the matrices: `node`, `direction`, `position [mm]`")
-    length_unit: Literal["m", "mm", "in"] = key("of the matrices; times are in seconds, rotations in radians")
-    mass_unit: Literal["kg", "t", "g", "lb", "lbf*s^2/in"] = key("of the matrices")
+    length_unit: LengthUnit = key("of the matrices; times are in seconds, rotations in radians")
+    mass_unit: MassUnit = key("of the matrices")
     keep: Annotated[tuple[Position, ...], Listed] | None = key(
         "nodes whose motion is kept: supports, stations; without it all, which large matrices do not allow", None
     )

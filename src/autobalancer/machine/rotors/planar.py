@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import model_validator
 
@@ -59,7 +59,6 @@ class PlanarRotor(RotorModel):
     """
 
     kind: Literal["planar"] = "planar"
-    one_plane: ClassVar[bool] = True
     mass: Mass = key("without balls, with all attached parts, and races full of fluid", symbol="M")
     stiffness: Stiffness | None = key("of all supports together; this or `critical_speed`", None, symbol="k")
     critical_speed: CriticalSpeed | None = key(
@@ -98,6 +97,11 @@ class PlanarRotor(RotorModel):
         if problems:
             raise MachineError.of("PlanarRotor", problems)
         return self
+
+    @property
+    def one_plane(self) -> bool:
+        """All of it is in one plane."""
+        return True
 
     @property
     def settled(self) -> bool:
