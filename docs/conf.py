@@ -58,7 +58,7 @@ autodoc_member_order = "bysource"
 napoleon_google_docstring = False
 napoleon_numpy_docstring = True
 
-bibtex_bibfiles = ["references.bib"]
+bibtex_bibfiles = ["../src/autobalancer/catalog/data/references.bib"]
 bibtex_default_style = "plain"
 
 TOPICS = ("tutorials", "run_ups", "stability", "races", "rotors", "chambers", "test_bench")

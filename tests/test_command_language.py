@@ -188,6 +188,7 @@ WIDE = (
     'simulate deep_chamber.toml --duration "0.05 s"',
     "example",
     "recipe",
+    "cite discoidal.toml --out used.bib",
     "keys",
     "keys balancers.races",
     "run-measures stall.nc",

@@ -6,22 +6,26 @@ import copy
 import re
 import sys
 import tomllib
-import unicodedata
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
 import tomli_w
 
+import autobalancer as ab
+from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.system import assemble
-from autobalancer.files.examples import example_text
+from autobalancer.assembly.terms import METHODS, bibliography, named_in, sources
+from autobalancer.assembly.terms import plain_letters as _plain
+from autobalancer.files.examples import example, example_text
 from autobalancer.files.machine_file import load_machine, load_race_machine, machine_text, parse_machine
 from autobalancer.machine import Machine
 from autobalancer.machine import plugins as leaves
 from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.simulation import Method
 from autobalancer.simulation.chamber.chamber_summary import chamber_summary
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -179,7 +183,7 @@ def test_every_variable_that_is_explained_is_held_by_some_run(
     monkeypatch.delitem(sys.modules, "result_tables")
 
 
-ENTRIES = re.split(r"^(?=@)", (ROOT / "docs" / "references.bib").read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]
+ENTRIES = list(bibliography().values())
 NAME = r"[A-ZŠŽČ][\w'-]+"
 CITED = re.compile(rf"({NAME})(?: et al\.|(?:, {NAME})* and {NAME})?,? \(((?:18|19|20)\d\d)[,)]")
 
@@ -190,7 +194,7 @@ def test_every_entry_of_the_bibliography_is_closed() -> None:
 
 
 def test_every_source_that_a_page_or_a_docstring_cites_is_in_the_bibliography() -> None:
-    keys = {entry[entry.index("{") + 1 : entry.index(",")] for entry in ENTRIES}
+    keys = set(bibliography())
     for page in sorted((ROOT / "docs").glob("*.md")):
         cited = re.findall(r"\{cite(?::\w+)?\}`([^`]+)`", page.read_text(encoding="utf-8"))
         unknown = {key.strip() for text in cited for key in text.split(",")} - keys
@@ -203,8 +207,33 @@ def test_every_source_that_a_page_or_a_docstring_cites_is_in_the_bibliography() 
             assert there, f"{path.name}: {cited[0]}"
 
 
-def _plain(text: str) -> str:
-    """Letters without the accents of BibTeX and of Unicode."""
-    text = re.sub(r"\\[\"'`^~=.]\{?\\?([A-Za-z])|\\[vuHc]\{([A-Za-z])|\\(l)\b", r"\1\2\3", text.replace("{\\ss}", "ss"))
-    text = unicodedata.normalize("NFKD", text.replace("ł", "l").replace("ß", "ss"))
-    return "".join(letter for letter in text if letter not in "{}" and not unicodedata.combining(letter))
+def test_the_program_is_cited_with_the_version_and_year_of_its_citation_file() -> None:
+    about = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    told = dict(re.findall(r'^([\w-]+): "?(.*?)"?$', about, re.MULTILINE))
+    entry = bibliography()["autobalancer"]
+    assert told["version"] == ab.__version__
+    assert f"Version {ab.__version__}" in entry
+    assert told["title"] in entry
+    assert told["date-released"][:4] in entry
+
+
+def test_a_machine_rests_on_the_sources_of_its_laws_its_fluid_and_its_method() -> None:
+    rig = {"spannan2021", "jan1997", "mark1999", "autobalancer"}
+    assert set(sources(example("discoidal"))) == rig
+    run = sources(example("discoidal"), {"method": "tsitouras"})
+    assert set(run) == rig | {"tsitouras2011", "lam2015"}
+    assert run["tsitouras2011"] == ("method tsitouras",)
+    free = with_value_at(example("discoidal"), "balancers[1].races[1].drag", {"law": "free_sphere"})
+    assert sources(free)["cheng2009"] == ("drag free sphere",)
+    assert "cheng2009" not in rig
+    assert "pakula2021" in sources(example("deep_chamber"))
+    steel = sources(example("washing_machine"))
+    assert ("material bearing steel 100Cr6",) in steel.values(), "a source without an entry is said in words"
+
+
+def test_every_method_and_every_law_that_names_a_source_has_it_in_the_bibliography() -> None:
+    assert set(METHODS) >= {*get_args(Method)} - {"auto", "verlet"}
+    assert all(named_in(text) for text in METHODS.values())
+    assert named_in("Prince and Dormand (1981), Hairer et al. (1993)") == ("prince1981", "hairer1993")
+    assert named_in("ISO 2768-2, class H") == ("iso2768-2",)
+    assert named_in("Nobody (1999)") == ()

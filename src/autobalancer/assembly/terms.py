@@ -6,20 +6,27 @@ of all others, where a machine has them, its answer says that it ignores them. A
 
 from __future__ import annotations
 
+import re
+import sys
+import unicodedata
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cache
+from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 from autobalancer.assembly.drive_train import is_linked
 from autobalancer.assembly.guided_balls import has_forces
 from autobalancer.assembly.reduced_rotor import has_hardening, has_rubber
 from autobalancer.cache import remembered
+from autobalancer.catalog import product_tables
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import spell
 from autobalancer.machine import Balls, Fluid, Friction, Machine, PlanarRotor, Race
-from autobalancer.machine.keys import TAGS
+from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.machine.keys import TAGS, prose_of
 from autobalancer.machine.part import Part, keys_noted
 
 
@@ -360,13 +367,109 @@ def _terms_of(machine: Machine) -> tuple[tuple[Term, ...], tuple[str, ...]]:
 
 def _set_keys(part: Part, path: tuple[str | int, ...]) -> Iterator[tuple[Part, str, tuple[str | int, ...]]]:
     """Every key of a part and of those in it that is not at its neutral value: its default, or nothing where it has none."""
-    for key, about in type(part).model_fields.items():
-        value, here = getattr(part, key), (*path, key)
-        inner = [(here, value)] if isinstance(value, Part) else []
-        if isinstance(value, tuple):
-            inner = [((*here, number), one) for number, one in enumerate(value) if isinstance(one, Part)]
-        for at, one in inner:
-            yield from _set_keys(one, at)
-        neutral = NEUTRAL if about.is_required() else (about.get_default(call_default_factory=True),)
-        if not inner and key not in TAGS and value not in neutral:
-            yield part, key, here
+    for owner, at in _parts(part, path):
+        for key, about in type(owner).model_fields.items():
+            value = getattr(owner, key)
+            neutral = NEUTRAL if about.is_required() else (about.get_default(call_default_factory=True),)
+            if not _inner(value) and key not in TAGS and value not in neutral:
+                yield owner, key, (*at, key)
+
+
+def _parts(part: Part, path: tuple[str | int, ...] = ()) -> Iterator[tuple[Part, tuple[str | int, ...]]]:
+    """A part and those in it, with their paths."""
+    for key in type(part).model_fields:
+        for step, one in _inner(getattr(part, key)):
+            yield from _parts(one, (*path, key, *step))
+    yield part, path
+
+
+def _inner(value: Any) -> list[tuple[tuple[int, ...], Part]]:
+    """The parts that are a value or in its list, with their numbers there."""
+    if isinstance(value, tuple):
+        return [((number,), one) for number, one in enumerate(value) if isinstance(one, Part)]
+    return [((), value)] if isinstance(value, Part) else []
+
+
+# What a machine and its run rest on. Every law, part and product names its source as author and year; here they are read.
+
+
+BIBLIOGRAPHY = Path(str(files("autobalancer"))) / "catalog" / "data" / "references.bib"
+PERSON = r"[A-ZÁŠŽČ][\w'-]+"
+CITED = re.compile(
+    rf"(?P<names>{PERSON}(?:(?:, {PERSON})* and {PERSON}| et al\.)?),? \(?(?P<year>(?:18|19|20)\d\d)\b"
+    r"|ISO (?P<number>\d+(?:-\d+)?)"
+)
+METHODS = {  # of integration, as the attribute of a run names them
+    "dormand_prince_8": "Prince and Dormand (1981), Hairer et al. (1993)",
+    "tsitouras": "Tsitouras (2011)",
+    "exponential_collocation": "Hochbruck and Ostermann (2010)",
+    "runge_kutta": "Pakuła (2021)",
+}
+SOFTWARE = "autobalancer"  # key of the program itself
+
+
+@cache
+def bibliography() -> dict[str, str]:
+    """Every source by its key, as BibTeX."""
+    entries = re.split(r"^(?=@)", BIBLIOGRAPHY.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]
+    return {entry[entry.index("{") + 1 : entry.index(",")]: entry.strip() for entry in entries}
+
+
+def named_in(text: str) -> tuple[str, ...]:
+    """The keys of the sources that a text names, such as "Jan and Chen (1997)" or "ISO 492"."""
+    found: list[str] = []
+    for cited in CITED.finditer(text):
+        words = {f"iso{cited['number']}"} if cited["number"] else {cited["year"], *re.findall(PERSON, cited["names"])}
+        words = {plain_letters(word) for word in words}
+        found += [
+            key
+            for key, entry in bibliography().items()
+            if words <= {key, *re.findall(r"[\w'-]+", plain_letters(entry))}
+        ]
+    return tuple(dict.fromkeys(found))
+
+
+def sources(
+    machine: Machine | ChamberMachine | None, about: Mapping[str, Any] | None = None
+) -> dict[str, tuple[str, ...]]:
+    """What a machine, and a run with attributes ``about``, rest on: keys of sources, and for what each is named there.
+
+    The program itself comes first. A source of a product that is not in the bibliography stands with its words in place of a key.
+    """
+    about, found = about or {}, {SOFTWARE: [""]}
+    texts = list(_texts(machine)) if machine is not None else []
+    texts += [("drag", str(about[name])) for name in ("drag_source",) if name in about]
+    if about.get("method"):
+        texts += [(f"method {about['method']}", METHODS.get(str(about["method"]), ""))]
+        texts += [("compiled equations", "Lam, Pitrou and Seibert (2015)")]
+    for what, text in texts:
+        product = what.startswith(("fluid ", "material "))  # its source is said, in the bibliography or not
+        for key in named_in(text) or ((text,) if product else ()):
+            found.setdefault(key, []).append(what)
+    return {key: tuple(filter(None, dict.fromkeys(uses))) for key, uses in found.items()}
+
+
+def _texts(machine: Machine | ChamberMachine) -> Iterator[tuple[str, str]]:
+    """What names sources: the description of a machine, and each part of it with its products of the catalog."""
+    yield "description of the machine", machine.description
+    for part, path in _parts(machine):
+        word = next((str(getattr(part, tag)) for tag in TAGS if hasattr(part, tag)), "")
+        name = f"{path[-1] if path and isinstance(path[-1], str) else type(part).__name__} {word}".strip().replace(
+            "_", " "
+        )
+        yield name, prose_of(type(part))
+        if word:  # one file for each kind, whose first lines are of that kind
+            yield name, str(sys.modules[type(part).__module__].__doc__)
+        if isinstance(part, Fluid) and part.name is not None:
+            yield f"fluid {part.name}", product_tables.fluid(part.name, part.temperature or product_tables.ROOM).source
+        if getattr(part, "material", None) is not None and isinstance(part, Balls):
+            yield f"material {part.material}", product_tables.material(str(part.material)).source
+        if isinstance(part, Race) and part.bearing is not None:
+            yield f"bearing {part.bearing}", str(product_tables.bearings.__doc__)
+
+
+def plain_letters(text: str) -> str:
+    """Letters without the accents of BibTeX and of Unicode."""
+    text = re.sub(r"\\[\"'`^~=.]\{?\\?([A-Za-z])|\\[vuHc]\{([A-Za-z])|\\(l)\b", r"\1\2\3", text.replace("{\\ss}", "ss"))
+    text = unicodedata.normalize("NFKD", text.replace("ł", "l").replace("ß", "ss"))
+    return "".join(letter for letter in text if letter not in "{}" and not unicodedata.combining(letter))

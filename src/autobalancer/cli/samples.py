@@ -6,7 +6,7 @@ import os
 import re
 import sys
 from pathlib import Path
-from typing import Annotated, cast
+from typing import Annotated, Any, cast
 
 import typer
 
@@ -142,6 +142,49 @@ def _about(name: str) -> tuple[str, str]:
         return about.get("name", name), about.get("description", "")
     said = takewhile(lambda line: line.startswith("#"), text.splitlines())
     return name, " ".join(line.removeprefix("#").strip() for line in said)
+
+
+# ``autobalancer cite``: what a run rests on.
+
+
+@command(out=None, csv=False, topic="Files and results")
+def cite(
+    file: Annotated[
+        Path | None, typer.Argument(help="Machine file or result; without one the program itself.", show_default=False)
+    ] = None,
+    everything: Annotated[bool, typer.Option("--all", help="Every source of the package.")] = False,
+    out: Annotated[Path | None, "BibTeX file to write (.bib)."] = None,
+) -> Reply:
+    """Print as BibTeX what to cite for a machine or a run: the program and the sources of the laws, parts and products used.
+
+    Example: autobalancer cite stall.nc
+    """
+    from autobalancer.assembly.terms import SOFTWARE, bibliography, sources
+    from autobalancer.files.machine_file import load_machine, parse_machine
+    from autobalancer.results.store import load_run
+    from autobalancer.safe_file import write_text_safely
+
+    machine, about = None, dict[str, Any]()
+    if file is not None and file.suffix == ".toml":
+        machine = load_machine(file)
+    elif file is not None:
+        about = dict(load_run(file).attrs)
+        machine = parse_machine(str(about["machine"]), str(file)) if "machine" in about else None
+    found = sources(machine, about)
+    entries = bibliography() | {SOFTWARE: _of_version(bibliography()[SOFTWARE], str(about.get("source", "")))}
+    keys = dict.fromkeys((*found, *(entries if everything else ())))
+    rows = [{"key": key, "used_for": list(found.get(key, ())), "bibtex": entries.get(key, f"% {key}")} for key in keys]
+    text = "\n\n".join("".join(f"% {use}\n" for use in row["used_for"]) + str(row["bibtex"]) for row in rows)
+    if out is not None:
+        check_suffix("--out", out, (".bib",))
+        text = f"written: {write_text_safely(out, text + chr(10))}"
+    return Reply(None, rows, code=text)
+
+
+def _of_version(entry: str, source: str) -> str:
+    """The entry of the program with the version that made a result."""
+    version = source.partition(" ")[2]
+    return re.sub(r"Version [\w.+]+", f"Version {version}", entry) if version else entry
 
 
 # ``autobalancer keys``: what a file may contain.

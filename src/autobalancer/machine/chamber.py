@@ -323,7 +323,7 @@ class RestitutionContact(_Elastic):
 
 
 class HistoryContact(_Elastic):
-    """Hertz with viscous damping and a tangential spring that remembers, so that balls can stick.
+    """Hertz with viscous damping (Tsuji et al. 1992) and a tangential spring that remembers, so that balls can stick.
 
     ``shear_ratio`` is the tangential over the normal stiffness; by default that of Mindlin, 2 (1 - nu)/(2 - nu).
     """

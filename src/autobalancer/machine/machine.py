@@ -233,7 +233,7 @@ Excitation = Annotated[BaseMotion | RecordedBaseMotion | HarmonicForce | Recorde
 
 
 class LiquidRing(Part):
-    """A hollow ring around a planar rotor, partly filled with liquid, as on the drums of washing machines.
+    """A hollow ring around a planar rotor, partly filled with liquid (Wolf 1968), as on the drums of washing machines.
 
     Give the ``layer`` of liquid that the turning rotor would have without deflection, or the mass of the ``liquid``. Without
     ``width`` there is no inner wall.

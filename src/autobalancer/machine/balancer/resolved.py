@@ -20,9 +20,9 @@ SlipSpeed = Annotated[float, Quantity("m/s", positive=True)]
 class Contact(Part):
     """Balls of one race that meet rebound with the ratio ``restitution`` of their speeds; they keep their order.
 
-    Contact is rigid: an impact takes no time, and balls that press on each other move as one. With a ``stiffness`` along the
-    race a spring and a damper that never pull act between them, and no rebound counts as 1 %; so they do with a friction of 0.9
-    or more, where a contact lasts about a twentieth of a turn.
+    Contact is rigid (Moreau 1988; Júdice and Pires 1994): an impact takes no time, and balls that press on each other move as
+    one. With a ``stiffness`` along the race a spring and a damper that never pull act between them, and no rebound counts as
+    1 %; so they do with a friction of 0.9 or more, where a contact lasts about a twentieth of a turn.
 
     ``friction`` acts between rolling balls that press on each other, full where they slip much faster than ``slip_speed``
     (Spannan 2021, 5.6). Without it that is a thousandth of the speed of the wall at the greatest speed of the machine.
@@ -166,9 +166,9 @@ ContactDamping = Annotated[float, Quantity("N*s/m", non_negative=True)]
 class ResolvedContact(Part):
     """Contact of a ball with the walls of its race (Spannan 2021, section 5.1).
 
-    ``stiffness``: linear spring (5.3); or ``reduced_modulus``: Hertz, F = k d^(3/2), the modulus of both bodies together,
-    1/E* = sum (1 - nu^2)/E. ``restitution``: speeds after and before a head-on bounce, less than 0.01 counts as that;
-    or ``damping`` of the linear damper.
+    ``stiffness``: linear spring (5.3); or ``reduced_modulus``: Hertz (Tsuji et al. 1992), F = k d^(3/2), the modulus of both
+    bodies together, 1/E* = sum (1 - nu^2)/E. ``restitution``: speeds after and before a head-on bounce, less than 0.01 counts
+    as that; or ``damping`` of the linear damper.
 
     ``sliding_friction`` mu, full where the contact slips much faster than ``slip_speed`` (5.6), by the ``friction_law``
     ``coulomb`` unless another one is given, such as ``stribeck`` with more friction at the onset of sliding (5.7). The race's

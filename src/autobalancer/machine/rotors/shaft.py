@@ -149,7 +149,7 @@ SAME = 1e-9  # share of the length below which two places are one
 
 
 class ShaftRotor(RotorModel):
-    """A shaft that bends and shears, with rigid ``disks``; positions count from its left end, where z = 0.
+    """A shaft that bends and shears (Przemieniecki 1968; Cowper 1966) with rigid ``disks``; its left end is at z = 0.
 
     ``segments`` follow each other from the left end. ``stiffness_proportional_damping`` is the factor t in C = t K, s, with
     the elastic K of shaft and supports, added to what the supports bring. ``modes`` is how many pairs of modes a

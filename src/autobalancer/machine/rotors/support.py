@@ -96,7 +96,7 @@ FASTEST = 1e9  # rad/s, its last frequency
 
 
 class RubberFriction(Part):
-    """Springs that slide: several side by side make rubber softer, the farther it moves.
+    """Springs that slide (Iwan 1966; Dahl 1968): several side by side make rubber softer, the farther it moves.
 
     Each carries a force f that follows the deflection z with its ``stiffness`` k and grows no further than
     F = k times its ``breakaway_amplitude``. In the plane z and f are vectors. ``elastoplastic`` means f' = k (z' - f <f z'>/F²),
