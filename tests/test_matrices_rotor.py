@@ -143,7 +143,8 @@ def test_supports_stand_beside_what_the_matrices_contain(folder: Path) -> None:
 
 
 def _market(path: Path, matrix: Any) -> None:
-    io.mmwrite(path, sparse.coo_array(matrix), precision=17)
+    with path.open("wb") as file:
+        io.mmwrite(file, sparse.coo_array(matrix), precision=17)
 
 
 def _triplets(path: Path, matrix: Any) -> None:
@@ -165,6 +166,25 @@ def _harwell(path: Path, matrix: Any) -> None:
     io.hb_write(path, sparse.csc_matrix(matrix))
 
 
+def _op4(path: Path, matrix: Any) -> None:
+    pytest.importorskip("pyyeti.nastran.op4").write(str(path), {"KAA": matrix})
+
+
+def _punched(path: Path, matrix: Any) -> None:
+    """DMIG of a symmetric matrix, large fields, as Nastran punches it: columns of the upper half."""
+    pytest.importorskip("pyyeti")
+    lines = [f"DMIG    KAAX    {0:8d}{6:8d}{2:8d}{0:8d}{'':24}{len(matrix):8d}"]
+    ends = [(1 + k // 4, {"ux": 1, "uy": 2, "rx": 4, "ry": 5}[WAYS[k % 4]]) for k in range(len(matrix))]
+    for j, (node, way) in enumerate(ends):
+        lines.append(f"DMIG*   KAAX            {node:16d}{way:16d}")
+        lines += [
+            f"*       {ends[i][0]:16d}{ends[i][1]:16d}{matrix[i, j]:16.9E}"[:72].replace("E", "D")
+            for i in range(j, len(matrix))
+            if matrix[i, j]
+        ]
+    path.write_text("\n".join(lines) + "\n")
+
+
 WRITERS: dict[str, Callable[[Path, Any], None]] = {
     "K.mtx": _market,
     "K.txt": _triplets,
@@ -172,6 +192,10 @@ WRITERS: dict[str, Callable[[Path, Any], None]] = {
     "K.npz": lambda path, matrix: sparse.save_npz(path, sparse.csr_array(matrix)),
     "K.mat": lambda path, matrix: io.savemat(path, {"K": matrix}),
     "K.hb": _harwell,
+    "K_STIF1.mtx": _nodal,  # as Abaqus writes it, FORMAT=MATRIX INPUT
+    "K.mmf": _market,  # as Ansys does by *EXPORT
+    "K.op4": _op4,
+    "K.pch": _punched,
 }
 
 
@@ -183,6 +207,21 @@ def test_each_format_gives_the_same_matrix(name: str, folder: Path, tmp_path: Pa
     files = {**FILES, "file": "others.npz", "stiffness": name}
     ours = lateral_model(machine_of(tmp_path, files)).stiffness
     assert ours == pytest.approx(MODEL.stiffness, abs=1e-7 * np.abs(MODEL.stiffness).max())  # some write few digits
+
+
+def test_a_mapping_of_ansys_says_what_the_rows_are_in_any_order(tmp_path: Path) -> None:
+    matrices, order = exported(tmp_path), np.random.default_rng(1).permutation(88)
+    np.savez(tmp_path / "rotor.npz", **{name: matrix[np.ix_(order, order)] for name, matrix in matrices.items()})
+    names = {"ux": "UX", "uy": "UY", "rx": "ROTX", "ry": "ROTY"}
+    lines = [f"{k + 1:12d}{1 + row // 4:12d}    {names[WAYS[row % 4]]}" for k, row in enumerate(order)]
+    (tmp_path / "K.mapping").write_text("\n".join(["  Matrix Eqn      Node     DOF", *lines[::-1]]))
+    nodes = [f"{n + 1}, {1e3 * z!r}" for n, z in enumerate(MODEL.axis.mesh.nodes.tolist())]  # type: ignore[attr-defined]
+    (tmp_path / "nodes.csv").write_text("\n".join(["node, position [mm]", *nodes]))
+    ours = lateral_model(machine_of(tmp_path, {**FILES, "rows": "K.mapping"}))
+    assert ours.stiffness == pytest.approx(MODEL.stiffness, abs=1e-12 * np.abs(MODEL.stiffness).max())
+    (tmp_path / "nodes.csv").write_text("\n".join(["node, position [mm]", *nodes[1:]]))
+    with pytest.raises(MachineFileError, match=r"rotor\.files\.rows: K\.mapping: node of the line '\d+ 1 "):
+        machine_of(tmp_path, {**FILES, "rows": "K.mapping"})
 
 
 def _changed(name: str, change: Callable[[Any], None]) -> Callable[[Path], Matrices]:
@@ -231,7 +270,8 @@ def _with(**more: Any) -> Callable[[Path], Matrices]:
         ),
         (_with(mass_unit=None), r"rotor\.files\.mass_unit: missing"),
         (_with(length_unit="ft"), r"rotor\.files\.length_unit: "),
-        (_with(file="rotor.op2"), r"rotor\.files\.file: "),
+        (_with(file="nodes.csv", nodes="nodes.csv"), r"rotor\.files\.file: .*each line must be"),
+        (_with(mass="nodes.op2"), r"rotor\.files\.mass: .*let Nastran write OP4"),
         (_with(keep=["33 mm"]), r"rotor\.files\.keep\[1\]: no node is at 0\.033 m; the nearest is at 0\.0"),
         (_with(nodes="other.csv"), r"rotor\.files\.nodes: .*other\.csv"),
     ],

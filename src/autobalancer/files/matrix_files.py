@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from autobalancer.errors import MachineError, MachineFileError, ResultError, UnitError
-from autobalancer.files.text_files import read_table
+from autobalancer.files.text_files import TABLE, read_table, read_text
 from autobalancer.machine.rotors.modal import MatricesRotor, MatrixFiles, ModeFiles
 from autobalancer.results.signals import UNIVERSAL, is_universal, read_universal_modes
 from autobalancer.safe_file import not_to_read
@@ -22,6 +22,14 @@ from autobalancer.units import to_si
 
 NAMES = {"M": "mass", "K": "stiffness", "C": "damping", "G": "gyroscopic"}
 LENGTHS = {"m": 1.0, "mm": 1e-3, "in": 0.0254}
+NASTRAN = {
+    letter + ends: ours for letter, ours in zip("MKB", "MKC", strict=True) for ends in ("AA", "AAX", "XX", "GG", "HH")
+}
+OTHERS = {  # what to do with files that only their program reads
+    **dict.fromkeys((".op2", ".f06"), "let Nastran write OP4 (OUTPUT4) or punch DMIG (EXTSEOUT(DMIGPCH))"),
+    **dict.fromkeys((".full", ".rst", ".db"), "let Ansys write it: *SMAT and *EXPORT,,MMF, or HBMAT with mapping"),
+    **dict.fromkeys((".sim", ".odb"), "let Abaqus write it: *MATRIX OUTPUT, STIFFNESS, MASS, FORMAT=MATRIX INPUT"),
+}
 POUND = 0.45359237
 MASSES = {"kg": 1.0, "t": 1e3, "g": 1e-3, "lb": POUND, "lbf*s^2/in": POUND * 9.80665 / 0.0254}
 DIRECTIONS = ("ux", "uy", "uz", "rx", "ry", "rz")
@@ -170,9 +178,24 @@ def _read(files: MatrixFiles, folder: Path) -> Given:
     try:
         table = read_table(folder / files.nodes, "node, direction, position [mm]", error=MachineFileError)
         nodes, positions = table.texts("node"), table.numbers("position", "m")
+        ways = table.texts("direction") if files.rows is None else []
     except MachineFileError as error:
         raise error.within("nodes") from None
-    ways = [SPELLINGS.get(text.strip().lower(), text) for text in table.texts("direction")]
+    if files.rows is not None:
+        text = read_text(folder / files.rows, TABLE, MachineFileError)
+        lines = [parts for line in text.splitlines() if (parts := line.split())[:1] and parts[0].isdigit()]
+        places = dict(zip(nodes, positions, strict=True))
+        lost = next((line for line in lines if len(line) != 3 or line[1] not in places), None)
+        if not lines or lost is not None:
+            what = (
+                f"node of the line {' '.join(lost)!r} is not in {files.nodes}"
+                if lost
+                else "no line 'number node direction'"
+            )
+            raise MachineFileError(f"{files.rows}: {what}", ("rows",))
+        _, nodes, ways = map(list, zip(*sorted(lines, key=lambda line: int(line[0])), strict=True))
+        positions = np.array([places[node] for node in nodes])
+    ways = [SPELLINGS.get(text.strip().lower(), text) for text in ways]
     for line, way in enumerate(ways, 1):
         if way not in DIRECTIONS:
             raise MachineFileError(
@@ -220,11 +243,13 @@ def _scaled(matrix: Sparse, scale: NDArray[np.float64], unit: float) -> Sparse:
 def _matrices_in(path: Path, key: str, labels: list[tuple[str, str]]) -> dict[str, Sparse]:
     from scipy import sparse
 
-    if reason := not_to_read(path):
-        raise MachineFileError(f"{path}: {reason}", (key,))
     reader = FORMATS.get(path.suffix.lower())
     if reader is None:
-        raise MachineFileError(f"{path}: is of no known format; known are {', '.join(sorted(FORMATS))}", (key,))
+        advice = OTHERS.get(path.suffix.lower(), "write it with scipy.io.mmwrite")
+        text = f"{path}: is of no known format; {advice}. Known are {', '.join(sorted(FORMATS))}"
+        raise MachineFileError(text, (key,))
+    if reason := not_to_read(path):
+        raise MachineFileError(f"{path}: {reason}", (key,))
     try:
         held = reader(path, labels)
     except MachineFileError as error:
@@ -248,10 +273,31 @@ def _matrices_in(path: Path, key: str, labels: list[tuple[str, str]]) -> dict[st
     return held
 
 
-def _market(path: Path, labels: object) -> dict[str, Sparse]:
-    from scipy.io import mmread
+def _nastran(path: Path, labels: list[tuple[str, str]]) -> dict[str, Sparse]:
+    """OP4, whose rows are those of the table of nodes, and punched DMIG, which names node and direction itself."""
+    try:
+        from pyyeti.nastran import bulk, op4
+    except ImportError:
+        raise MachineFileError(
+            f"{path}: is read by pyyeti, pip install 'autobalancer[nastran]'; or write it with scipy.io.mmwrite"
+        ) from None
+    if path.suffix.lower() == ".op4":
+        return {NASTRAN.get(name.upper(), name.upper()): matrix for name, matrix in op4.read(path, sparse=None).items()}
+    held, number = {}, {label: i for i, label in enumerate(labels)}
+    for name, frame in bulk.rddmig(str(path)).items():
+        rows, columns = (
+            [_row((str(node), SPELLINGS.get(str(way), "")), number) for node, way in ends]
+            for ends in (frame.index, frame.columns)
+        )
+        held[NASTRAN.get(name.upper(), name.upper())] = matrix = np.zeros((len(labels), len(labels)))
+        matrix[np.ix_(rows, columns)] = frame.to_numpy()
+    return held
 
-    return {"": mmread(path)}
+
+def _row(label: tuple[str, str], number: dict[tuple[str, str], int]) -> int:
+    if label not in number:
+        raise ValueError(f"node {label[0]} has no row of direction {label[1]!r} in the table of nodes")
+    return number[label]
 
 
 def _harwell_boeing(path: Path, labels: object) -> dict[str, Sparse]:
@@ -282,9 +328,13 @@ def _mat(path: Path, labels: object) -> dict[str, Sparse]:
 
 
 def _triplets(path: Path, labels: list[tuple[str, str]]) -> dict[str, Sparse]:
-    """Lines ``row, column, value``, or ``node, direction, node, direction, value``; one half of a symmetric matrix will do."""
+    """Lines ``row, column, value``, or ``node, direction, node, direction, value``; half of a symmetric one; or Matrix Market."""
     from scipy import sparse
+    from scipy.io import mmread
 
+    with path.open("rb") as file:
+        if file.read(14).lower() == b"%%matrixmarket":
+            return {"": mmread(path)}
     lines = [line.replace(",", " ").split() for line in path.read_text().splitlines()]
     lines = [line for line in lines if line and line[0][0] not in "#*!%$"]
     if not lines or any(len(line) != len(lines[0]) for line in lines) or len(lines[0]) not in (3, 5):
@@ -293,11 +343,10 @@ def _triplets(path: Path, labels: list[tuple[str, str]]) -> dict[str, Sparse]:
         rows, columns = (np.array([int(line[k]) - 1 for line in lines]) for k in (0, 1))
     else:
         number = {label: i for i, label in enumerate(labels)}
-        ends = [[(line[k], SPELLINGS.get(line[k + 1].lower(), "")) for line in lines] for k in (0, 2)]
-        unknown = next((end for end in (*ends[0], *ends[1]) if end not in number), None)
-        if unknown is not None:
-            raise ValueError(f"node {unknown[0]} has no row of direction {unknown[1]!r} in the table of nodes")
-        rows, columns = (np.array([number[end] for end in side]) for side in ends)
+        rows, columns = (
+            np.array([_row((line[k], SPELLINGS.get(line[k + 1].lower(), "")), number) for line in lines])
+            for k in (0, 2)
+        )
     values = np.array([float(line[-1].replace("D", "E").replace("d", "e")) for line in lines])
     matrix = sparse.coo_array((values, (rows, columns)), shape=(len(labels), len(labels))).tocsr()
     upper, lower = sparse.triu(matrix, 1), sparse.tril(matrix, -1)
@@ -307,11 +356,11 @@ def _triplets(path: Path, labels: list[tuple[str, str]]) -> dict[str, Sparse]:
 
 
 FORMATS: dict[str, Callable[[Path, list[tuple[str, str]]], dict[str, Sparse]]] = {
-    ".mtx": _market,
+    **dict.fromkeys((".op4", ".pch", ".dmig"), _nastran),
     **dict.fromkeys((".hb", ".rb", ".rsa", ".rua", ".matrix"), _harwell_boeing),
     ".npz": _npz,
     ".mat": _mat,
-    **dict.fromkeys((".txt", ".csv", ".dat"), _triplets),
+    **dict.fromkeys((".mtx", ".mmf", ".txt", ".csv", ".dat"), _triplets),
 }
 
 

@@ -210,15 +210,19 @@ class MatrixFiles(Part):
     """Files with the matrices, and how many coordinates are made of them; read with the machine file, and replaced by numbers.
 
     All files lie beside the machine file. A format is known by the end of the name: Matrix Market, NPZ, MAT, Harwell-Boeing,
-    triplets as text.
+    OP4 and punch of Nastran, triplets as text.
     """
 
-    file: Label | None = key("one file with the matrices M, K, C, G by these names: NPZ or MAT", None)
+    file: Label | None = key("one file with the matrices M, K, C, G by these names: NPZ, MAT, OP4 or punch", None)
     mass: Label | None = key("file of the mass matrix", None)
     stiffness: Label | None = key("file of the stiffness matrix", None)
     damping: Label | None = key("file of the damping matrix", None)
     gyroscopic: Label | None = key("file of the gyroscopic matrix at one radian a second", None)
     nodes: Label = key("table with a line for each row of the matrices: `node`, `direction`, `position [mm]`")
+    rows: Label | None = key(
+        "mapping file of Ansys, with number, node and direction of each row; `nodes` is a table `node, position [mm]` then",
+        None,
+    )
     length_unit: LengthUnit = key("of the matrices; times are in seconds, rotations in radians")
     mass_unit: MassUnit = key("of the matrices")
     keep: Annotated[tuple[Position, ...], Listed] | None = key(
