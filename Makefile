@@ -13,7 +13,7 @@ export OPENBLAS_NUM_THREADS := 1  # the matrices are small; threads only get in 
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo app app-test test test-slow test-times bench reproduce docs lint wheel clean
+.PHONY: help demo app app-test test test-slow test-ross test-times bench reproduce docs lint wheel clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
@@ -41,6 +41,9 @@ test: build/.kernels  ## run the tests, in a few minutes; in CI also the long on
 
 test-slow: build/.kernels  ## run the long tests that `make test` leaves out
 	$(BIN)/python -m pytest -n $(WORKERS) -m slow $$(grep -l mark.slow tests/*.py)
+
+test-ross: .venv-ross/.ready  ## run the tests against ROSS, in an environment of its own
+	.venv-ross/bin/python -m pytest tests/test_shaft_ross.py tests/test_balancer_in_ross.py
 
 test-times: .venv/.dev  ## show what the tests took, and fail where a part is over its share
 	@$(BIN)/python -m tools.parts
@@ -75,6 +78,12 @@ clean:  ## remove what was built; .venv stays
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or later is needed; try make PYTHON=python3.12")'
 	@$(PYTHON) -m venv --clear .venv
+
+.venv-ross/.ready: pyproject.toml
+	@echo "installing the package and ROSS in .venv-ross ..."
+	@$(PYTHON) -m venv --clear .venv-ross
+	@.venv-ross/bin/python -m pip install --quiet --disable-pip-version-check -e '.[ross]' pytest pytest-xdist
+	@touch $@
 
 .venv/.core: pyproject.toml | $(BIN)/python
 	@echo "installing the package in .venv ..."

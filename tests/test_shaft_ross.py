@@ -146,6 +146,20 @@ def test_what_a_shaft_cannot_have_is_refused_by_name(ross: Any, bearing: Any, el
         from_ross(given)
 
 
+def test_what_version_three_of_ross_names_otherwise_is_read_or_refused(ross: Any) -> None:
+    """Its tables are over ``speed``, and its rotors may have damping of the whole."""
+    given, expected = rotor(ross), from_ross(rotor(ross))
+    given.bearing_elements[1].speed, given.bearing_elements[1].frequency = SPEEDS, None
+    assert from_ross(given) == expected
+    given.bearing_elements[1].frequency = SPEEDS
+    with pytest.raises(MachineError, match="a table over speed and frequency cannot be read"):
+        from_ross(given)
+    given = rotor(ross)
+    given.alpha = 0.1
+    with pytest.raises(MachineError, match=r"alpha = 0\.1 of the rotor cannot be read"):
+        from_ross(given)
+
+
 def test_something_else_than_a_rotor_of_ross_is_refused() -> None:
     with pytest.raises(QuestionError, match=r"given types\.SimpleNamespace; must be a ross\.Rotor, or its file"):
         from_ross(SimpleNamespace())
@@ -162,7 +176,7 @@ def test_a_missing_or_unknown_ross_is_said_clearly(monkeypatch: pytest.MonkeyPat
         from_ross("rotor.toml")
     monkeypatch.setattr(module, "version", lambda name: "1.4.0")
     with pytest.raises(
-        QuestionError, match=r"ROSS 1\.4\.0 is installed, but its rotors are known from version 2\.3\.x only"
+        QuestionError, match=r"ROSS 1\.4\.0 is installed, but its rotors are known from versions 2\.3 and 3 only"
     ):
         from_ross("rotor.toml")
 

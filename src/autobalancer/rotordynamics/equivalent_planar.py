@@ -30,7 +30,7 @@ from autobalancer.rotordynamics.natural_modes import attributes
 
 Floats = NDArray[np.float64]
 
-KNOWN = "2.3."  # how the versions begin whose attributes are read here
+KNOWN = ("2.3.", "3.")  # how the versions begin whose attributes are read here
 INSTALL = "install it with: pip install 'autobalancer[ross]'"
 
 
@@ -63,6 +63,9 @@ def from_ross(rotor: Any) -> ShaftRotor:
     if kind.__name__ != "Rotor" or kind.__module__.split(".")[0] != "ross":
         raise QuestionError(f"from_ross: given {kind.__module__}.{kind.__name__}; must be a ross.Rotor, or its file")
     _check_ross_version()
+    for name in ("alpha", "beta", "modal_damping_ratio", "default_damping_ratio"):  # of version 3
+        if np.any(np.asarray(getattr(rotor, name, None) or 0.0, np.float64)):
+            raise MachineError(f"from_ross: {name} = {getattr(rotor, name)} of the rotor cannot be read; leave it out")
     segments = [_segment(element, number) for number, element in enumerate(rotor.shaft_elements)]
     places = np.concatenate([[0.0], np.cumsum([segment.length for segment in segments])])
     disks = [_disk(element, places) for element in (*rotor.disk_elements, *rotor.point_mass_elements)]
@@ -88,7 +91,7 @@ def _check_ross_version() -> None:
         raise QuestionError(f"from_ross: ROSS is not installed; {INSTALL}") from None
     if not result.startswith(KNOWN):
         raise QuestionError(
-            f"from_ross: ROSS {result} is installed, but its rotors are known from version {KNOWN}x only"
+            f"from_ross: ROSS {result} is installed, but its rotors are known from versions 2.3 and 3 only"
         )
 
 
@@ -152,7 +155,10 @@ def _support(element: Any, places: Floats) -> Support:
             support["stiffness"] = (single["kxx"], single["kyy"])
         support["damping"] = (single["cxx"], single["cyy"])
     else:
-        speed = np.asarray(element.frequency, np.float64)
+        axis = getattr(element, "speed", None)  # of version 3, where frequency is that of the vibration
+        if axis is not None and getattr(element, "frequency", None) is not None:
+            _refuse(element, "a table over speed and frequency cannot be read; give one over the speed")
+        speed = np.asarray(element.frequency if axis is None else axis, np.float64)
         columns = {name: np.broadcast_to(entry, speed.shape).tolist() for name, entry in values.items()}
         support["table"] = {
             "speed": speed.tolist(),

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from copy import copy
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.linalg import eigh
 
 from autobalancer.assembly.system import MASS_SPREAD, Assembly, assemble
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races
-from autobalancer.kernels.balls.element import element
+from autobalancer.kernels.balls import element
 from autobalancer.kernels.records import TORQUE
 from autobalancer.kernels.system import BALLS, Floats, Host, Matrix, Rigid, System
 from autobalancer.machine import Machine
+
+TABLED = 65  # speeds at which a rotor of ROSS that changes its speed is asked for its matrices
 
 
 class Forms(NamedTuple):
@@ -60,7 +66,7 @@ class BalancerElement:
         shaft, rotor, balls
             The motion, as above.
         """
-        element(time, shaft, rotor, balls, self.system, *self._forms)
+        element.element(time, shaft, rotor, balls, self.system, *self._forms)
         return self._forms
 
     def rates(
@@ -101,6 +107,90 @@ class BalancerElement:
         return self.rates(
             time, shaft, rotor, balls, np.asarray(np.linalg.solve(left, free + mobility @ force), np.float64)
         )
+
+    def in_ross(self, rotor: Any, nodes: Sequence[int]) -> Any:
+        """A copy of a rotor of ROSS whose own time response, ``run_time_response`` of it, has these balls.
+
+        It takes what ROSS takes: a speed or one for each time, forces on all coordinates, ``model_reduction`` to so many modes.
+        It goes by the method of Newmark, as ROSS does, compiled and with balls that are found together with the rotor, from
+        the accelerations that belong to the forces at the start, where ROSS takes none. Where
+        they are, (times, 2 n) as ``state``, is ``xout`` of the result; all else is as ROSS has it. The rotor turns by the
+        integral of its speed.
+
+        Parameters
+        ----------
+        rotor
+            A ``ross.Rotor`` of versions 2.3 or 3.
+        nodes
+            Its nodes at the planes of the balls, in their order.
+
+        Raises
+        ------
+        QuestionError
+            If there are not as many nodes as planes, or one is not of this rotor; later, if balls and rotor do not agree on
+            a step, which is too long then, or another reduction is asked for.
+        """
+        planes, per_node = len(self.rows) // self.system.work.inert.shape[1], int(rotor.number_dof)
+        if len(nodes) != planes or not all(0 <= node < len(rotor.nodes) for node in nodes):
+            raise QuestionError(
+                f"in_ross: nodes: given {list(nodes)}; must be one for each of {planes} planes, 0 to {len(rotor.nodes) - 1}"
+            )
+        # x, y, dx/dz = beta and dy/dz = -alpha at each node
+        places = (
+            ((0, 1.0), (1, 1.0), (4, 1.0), (3, -1.0)) if per_node == 6 else ((0, 1.0), (1, 1.0), (3, 1.0), (2, -1.0))
+        )
+        rows = np.zeros((len(self.rows), int(rotor.ndof)))
+        for i in range(len(rows)):
+            place, sign = places[i % (len(rows) // planes)]
+            rows[i, per_node * nodes[i // (len(rows) // planes)] + place] = sign
+        result = copy(rotor)
+        result.time_response = partial(self._time_response, rotor, rows)
+        return result
+
+    def _time_response(
+        self,
+        rotor: Any,
+        rows: Matrix,
+        speed: Any,
+        F: Any,
+        t: Any,
+        ic: Any = None,
+        method: str = "default",
+        **options: Any,
+    ) -> tuple[Floats, Matrix, Matrix]:
+        """As ``Rotor.time_response`` of ROSS: times, motion of all coordinates, and the balls in place of the state vector."""
+        modes = options.pop("model_reduction", {}).get("num_modes", 0)
+        if ic is not None or options:
+            raise QuestionError(
+                f"in_ross: {', '.join(['ic'] * (ic is not None) + [*options])}: not possible with balls"
+            )
+        times = np.ascontiguousarray(t, np.float64)
+        w = np.broadcast_to(np.asarray(speed, np.float64), times.shape)
+        turns = np.zeros((times.size, 3))
+        turns[1:, 0] = np.cumsum(0.5 * (w[1:] + w[:-1]) * np.diff(times))
+        steady = not np.ptp(w) > 0.0
+        turns[:, 1], turns[:, 2] = w, 0.0 if steady else np.gradient(w, times)
+        # the matrices of the rotor, of many speeds where bearings depend on it, in so many modes
+        grid = w[:1].copy() if steady else np.linspace(w.min(), w.max(), TABLED)
+        basis = np.eye(rows.shape[1])
+        if modes:
+            stiffness = np.asarray(rotor.K(float(w.mean())))
+            basis = eigh(0.5 * (stiffness + stiffness.T), rotor.M(), subset_by_index=(0, modes - 1))[1]
+        small = [
+            np.ascontiguousarray([(basis.T @ matrix @ basis).T for matrix in some])
+            for some in ([rotor.M()], [rotor.G()], [rotor.Ksdt()], map(rotor.C, grid), map(rotor.K, grid))
+        ]
+        host = element.Rotor(
+            small[0][0], small[1][0], small[2][0], np.ascontiguousarray(rows @ basis), grid, *small[3:]
+        )
+        size, count = basis.shape[1], self.state.size // 2
+        motion, balls = np.zeros((times.size, size)), np.zeros((times.size, 2 * count))
+        balls[0] = self.state
+        room = element.room_for(size, len(rows), count)
+        forces = np.ascontiguousarray(np.asarray(F, np.float64) @ basis)
+        if not element.march(times, turns, forces, host, room, self.system, motion, balls):
+            raise QuestionError("in_ross: balls and rotor do not agree on a step; take shorter steps of t")
+        return times, motion @ basis.T, balls
 
 
 def balancer_element(machine: Machine | str | Path, *, seed: int = 0) -> BalancerElement:
