@@ -125,7 +125,8 @@ def test_a_stalled_orbit_satisfies_the_compiled_equations_and_has_a_multiplier_o
 def test_stalled_balls_release_at_a_fold_near_the_release_speed() -> None:
     found = stalled()
     balancer = planar_balancer_of(plane(STALL))
-    release = balancer.critical_speed * (1.0 + 2.0 * balancer.sommerfeld_number)
+    sommerfeld = (balancer.moment * balancer.critical_speed) ** 2 / (balancer.damping * balancer.drag)
+    release = balancer.critical_speed * (1.0 + 2.0 * sommerfeld)
     folds = [float(point["special_parameter"]) for point in specials(found, "fold")]
     assert max(folds) == pytest.approx(383.31503761, abs=1e-6)  # by AUTO-07p, see reproductions/auto07p
     assert max(folds) == pytest.approx(release, rel=2e-3)

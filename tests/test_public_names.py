@@ -25,11 +25,10 @@ from autobalancer.cli import app
 from autobalancer.errors import AutobalancerError, QuestionError, UnitError
 from autobalancer.machine_kinds import arguments_of
 from autobalancer.measurement.loop import balls_of
-from autobalancer.namespace import function_of
 from autobalancer.plots.animation import race_scene
 from autobalancer.plots.chamber_view import chamber_scene
 from autobalancer.plots.film_frames import FilmOptions, film_question
-from autobalancer.public_names import ABOUT, FIGURES, NAMES
+from autobalancer.public_names import ABOUT, FIGURES, NAMES, function_of
 from autobalancer.simulation.chamber.chamber_run import simulate_chamber
 from autobalancer.simulation.run import simulate_races
 

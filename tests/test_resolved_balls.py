@@ -19,7 +19,7 @@ from autobalancer.errors import MachineError
 from autobalancer.kernels import records as at
 from autobalancer.kernels.system import BALLS, X, Y
 from autobalancer.machine import Machine
-from autobalancer.simulation.saved import forces_on_walls as wall_forces
+from autobalancer.simulation.saved import wall_contacts
 
 GRAVITY = 9.80665
 MACHINES = Path(__file__).resolve().parent.parent / "examples" / "machines"
@@ -112,7 +112,7 @@ def test_a_ball_that_loops_leaves_the_wall_where_its_weight_wins() -> None:
         load = 5e-3 * (GRAVITY + v**2 / ORBIT)
         start = {(0, at.BALL_VX): v, (0, at.BALL_Y): -(ORBIT + load / 1e6)}
         _, own, assembly = run(machine, np.linspace(0.0, 0.3, 30001), start)
-        pressed = wall_forces(own, assembly.system)[:, 0] > 0.0
+        pressed = wall_contacts(own, assembly.system)[1][:, 0] > 0.0
         leaves = int(np.argmin(pressed))
         place = own[leaves, 0, at.BALL_X] + 1j * own[leaves, 0, at.BALL_Y]
         assert pressed[:leaves].all()
@@ -125,7 +125,7 @@ def test_a_ball_with_enough_speed_loops_without_leaving_the_wall() -> None:
     load = 5e-3 * (GRAVITY + v**2 / ORBIT)
     start = {(0, at.BALL_VX): v, (0, at.BALL_Y): -(ORBIT + load / 1e6)}
     _, own, assembly = run(machine, np.linspace(0.0, 1.0, 5001), start)
-    force = wall_forces(own, assembly.system)[:, 0]
+    force = wall_contacts(own, assembly.system)[1][:, 0]
     assert force.min() == pytest.approx(5e-3 * GRAVITY * 0.1, rel=2e-2)
 
 
@@ -140,7 +140,7 @@ def test_on_a_horizontal_axis_a_carried_ball_rides_round_above_the_square_root_o
     _, own, assembly = run(
         machine, np.linspace(0.0, 1.4, 2001), {(0, at.BALL_Y): -(ORBIT + load / 1e6)}, tolerance=1e-8
     )
-    force = wall_forces(own, assembly.system)[:, 0]
+    force = wall_contacts(own, assembly.system)[1][:, 0]
     if share > 1.0:
         assert force.min() == pytest.approx(5e-3 * GRAVITY * (share**2 - 1.0), rel=0.06)
     else:
@@ -196,7 +196,7 @@ def test_on_a_vertical_axis_a_ball_lies_on_the_floor_until_the_race_takes_over()
     assert left[2] > 0.9 * gap
     assert left[4] < 0.0
     w = 1.2 * limit
-    assert wall_forces(own, assembly.system)[4, 0] == pytest.approx(5e-3 * w**2 * ORBIT, rel=1e-2)
+    assert wall_contacts(own, assembly.system)[1][4, 0] == pytest.approx(5e-3 * w**2 * ORBIT, rel=1e-2)
 
 
 def test_two_balls_rebound_from_each_other_and_keep_their_order() -> None:

@@ -15,7 +15,7 @@ from autobalancer.friction.stribeck import Stribeck
 from autobalancer.kernels import records as at
 from autobalancer.kernels.laws.contact_law import adherence, normal_force
 from autobalancer.laws.impacts import collision_time, hertz_stiffness, pair_stiffness
-from autobalancer.simulation.saved import forces_on_walls as wall_forces
+from autobalancer.simulation.saved import wall_contacts
 
 HERTZ = {"reduced_modulus": 1.15e11}
 laws = pytest.mark.parametrize("law", [{}, HERTZ], ids=["linear", "hertz"])
@@ -46,7 +46,7 @@ def test_the_wall_never_pulls(law: dict[str, Any]) -> None:
     times = np.linspace(0.9e-3, 1.6e-3, 2001)
     # the force ends with a corner, across which saved states are only as good as the step that holds it is short
     _, own, assembly = run(machine, [0.0, *times], shot(1.0), tolerance=1e-12)
-    force = wall_forces(own, assembly.system)[:, 0]
+    force = wall_contacts(own, assembly.system)[1][:, 0]
     assert force.max() > 10.0
     assert force.min() == 0.0
     speeds = own[:, 0, at.BALL_VX]

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import trapezoid
+from scipy.integrate import quad, trapezoid
 
 from autobalancer.errors import QuestionError
-from autobalancer.laws.rubber import RubberLaw, friction_stiffness, loss_over_softening
+from autobalancer.laws.rubber import RubberLaw, friction_stiffness
 
 RATIO = np.array([0.8, 1.4, 3.0, 12.0])
 STEPS = 2000  # of a cycle; the rates have kinks, so Runge and Kutta's error is of the second order there
@@ -55,6 +55,17 @@ def test_stiffness_and_loss_of_a_friction_element_are_those_of_its_equation(law,
     work = trapezoid((np.conj(force) * np.gradient(z, angle[1, 0], axis=0)).real, angle, axis=0)
     cost = RubberLaw(0.0, 0.0, ((1.0, 1.0),), law=law).loss(RATIO, 1.0, motion)
     assert cost == pytest.approx(work, rel=2e-4, abs=2e-5)  # np.gradient is of the first order at both ends
+
+
+def loss_over_softening(law: str, motion: str) -> float:
+    """K'' over -dK'/d ln a of elements of this law, spread evenly over the logarithm of a_c."""
+    if motion == "circle":
+        return math.pi / 4.0 if law == "elastoplastic" else math.pi / 2.0
+
+    def loss(log: float) -> float:
+        return float(friction_stiffness(math.exp(log), law, motion).imag)
+
+    return float(quad(loss, -25.0, 0.0)[0] + quad(loss, 0.0, 3.0)[0] + quad(loss, 3.0, 25.0)[0])
 
 
 @pytest.mark.parametrize("law", ["elastoplastic", "endochronic"])

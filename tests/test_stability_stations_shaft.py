@@ -7,7 +7,7 @@ import pytest
 
 import autobalancer as ab
 from autobalancer.assembly.rotors import lateral_model
-from autobalancer.assembly.rotors.reduction import AIM, receptance_error
+from autobalancer.assembly.rotors.reduction import AIM, Answers
 from autobalancer.assembly.system import assemble
 from autobalancer.machine import (
     Balancer,
@@ -124,6 +124,11 @@ def test_a_reduced_shaft_has_the_eigenvalues_of_the_whole_one_with_fewer_coordin
         assert np.abs(np.exp(1j * one.angles) - np.exp(1j * other.angles)).max() < 1e-9
 
 
+def receptance_error(st: Stations, basis: np.ndarray, top: float = 600.0) -> float:
+    answers = Answers(st.model, st.rows, top)
+    return answers.error_of(basis, answers.reduced(basis), st.load)
+
+
 def test_runs_and_stability_reduce_a_shaft_by_one_criterion() -> None:
     m = machine(shaft(2.1e11))
     st = stations(m)
@@ -131,17 +136,17 @@ def test_runs_and_stability_reduce_a_shaft_by_one_criterion() -> None:
     assert basis is not None
     both = np.zeros((st.model.size, 2 * basis.shape[1]))
     both[: st.model.pairs, : basis.shape[1]] = both[st.model.pairs : 2 * st.model.pairs, basis.shape[1] :] = basis
-    error = receptance_error(st.model, basis, st.rows, st.load, 600.0)
+    error = receptance_error(st, basis)
     assert 0.0 < error <= AIM
     # forward and backward whirl are the ellipses of x and y in other axes
-    assert receptance_error(st.model, both, st.rows, st.load, 600.0) == pytest.approx(error, rel=1e-6)
+    assert receptance_error(st, both) == pytest.approx(error, rel=1e-6)
     small = assemble(m).reduction
     assert small is not None
     assert small.error <= AIM
     bad = basis[:, :1]
-    assert receptance_error(st.model, bad, st.rows, st.load, 600.0) > AIM
+    assert receptance_error(st, bad) > AIM
     nothing = np.column_stack([basis, 0.0 * basis[:, 0]])  # the matrix of the reduced rotor is singular at every speed
-    assert receptance_error(st.model, nothing, st.rows, st.load, 600.0) == np.inf
+    assert receptance_error(st, nothing) == np.inf
 
 
 def test_two_planes_balance_a_shaft_above_its_rigid_speeds_but_not_just_above_its_bending_speed() -> None:

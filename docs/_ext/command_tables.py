@@ -10,7 +10,7 @@ import typer
 
 from autobalancer.cli import app
 from autobalancer.files.samples import RECIPES, sample_files, sample_names
-from autobalancer.namespace import function_of
+from autobalancer.public_names import function_of
 
 HEAD = "| {} | meaning | default |\n|---|---|---|\n"
 

@@ -28,11 +28,11 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, minres
 
 import autobalancer as ab
+from autobalancer.arrays import Floats
 from autobalancer.flow.annulus import annulus_of
 from autobalancer.flow.ball_problem import ball_forces, channel_of, shape_of
 from autobalancer.flow.finite_elements import (
     Fineness,
-    Floats,
     Flow,
     Spaces,
     Sparse,

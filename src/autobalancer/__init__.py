@@ -21,7 +21,7 @@ The first questions are functions of the package itself; the others are in its n
 ``import autobalancer`` is light and has no side effects.
 """
 
-from autobalancer.namespace import public as _public
+from autobalancer.public_names import public as _public
 
 __version__ = "0.2.0"
 __getattr__, __dir__, __all__ = _public("", globals())

@@ -1,5 +1,5 @@
 """Pictures of runs and results, each a Matplotlib figure; ``style`` is their common look."""
 
-from autobalancer.namespace import public as _public
+from autobalancer.public_names import public as _public
 
 __getattr__, __dir__, __all__ = _public("plot", globals())

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
-
-Floats = NDArray[np.float64]
 
 GREATEST = 2**63 - 1  # what a result file can hold
 Z = 1.959964  # of a normal distribution, for 95 %

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from tests.references.planar_states import Equilibrium, balanced_about
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.stability.averaged import (
     averaged_plane,
     averaged_station_eigenvalues,
@@ -17,7 +18,7 @@ from autobalancer.stability.averaged import (
     refuse_without_drag,
 )
 from autobalancer.stability.border import Border
-from autobalancer.stability.host.stations import Complexes, Floats, Plane, of_plane
+from autobalancer.stability.host.stations import Plane, of_plane
 from autobalancer.stability.states.ball_positions import close_polygon
 from autobalancer.stability.states.rest_states import StationState
 

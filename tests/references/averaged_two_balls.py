@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.stability.averaged import MachineArgument, averaged_plane
-from autobalancer.stability.host.stations import Floats
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from autobalancer.arrays import Floats, Matrix
 from autobalancer.assembly.contact import contact_rows
 from autobalancer.assembly.system import Assembly, steady
 from autobalancer.errors import QuestionError
@@ -13,7 +14,6 @@ from autobalancer.kernels.records import BALL, GUIDED
 from autobalancer.kernels.system import BALLS, SPEED, VX, VY, Planar, System, X, Y
 from autobalancer.simulation.record import SampleTimes, record_for
 from autobalancer.simulation.steppers import PLANAR, memory_for
-from autobalancer.stability.host.stations import Floats, Matrix
 from autobalancer.stability.host.vector_field import Field
 
 KEPT = [X, Y, VX, VY]

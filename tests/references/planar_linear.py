@@ -13,8 +13,9 @@ from __future__ import annotations
 import numpy as np
 from tests.references.planar_states import Equilibrium
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
-from autobalancer.stability.host.stations import Floats, Plane
+from autobalancer.stability.host.stations import Plane
 
 
 def matrices(p: Plane, speed: float, state: Equilibrium) -> tuple[Floats, Floats, Floats]:

@@ -22,8 +22,9 @@ from itertools import product
 
 import numpy as np
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
-from autobalancer.stability.host.stations import Floats, Plane
+from autobalancer.stability.host.stations import Plane
 from autobalancer.stability.states.ball_positions import PATTERNS, close_polygon
 
 

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from tests.references.planar_states import Equilibrium, backward_whirl
 
+from autobalancer.arrays import Complexes, Floats, Matrix
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.stability.basins import Turn
-from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Plane
+from autobalancer.stability.host.stations import Plane
 
 NEWTON_STEPS = 30
 

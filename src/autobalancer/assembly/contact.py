@@ -8,8 +8,8 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.catalog.resolve import Ball, occupied_angle
 from autobalancer.errors import MachineError
 from autobalancer.kernels.laws.contact_law import DECADES, LEVELS, LOWEST, NONE, PER_DECADE, TURNS
@@ -38,7 +38,6 @@ from autobalancer.machine.rebound import Rebound
 # and at sqrt(v^2/e^2 + q^2) while they part.
 
 
-Floats = NDArray[np.float64]
 SPEEDS = np.logspace(LOWEST - 1.0, LOWEST + DECADES + 3.0, 2401)  # of impacts: beyond the table, as some of it is lost
 LEVEL = LOWEST + np.arange(LEVELS) / PER_DECADE  # log10 of a speed
 REBOUND_TURN = np.linspace(0.0, math.pi, TURNS)

@@ -8,8 +8,8 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import MachineError
 from autobalancer.kernels.records import HILL, LINEAR
 from autobalancer.machine import (
@@ -188,10 +188,6 @@ def unbalance_factor(unbalance: Unbalance, time: float, *, before: bool = False)
 
 # The drive train as a torsional model: what turns, inertia, damping and stiffness about a steady speed, and what
 # shakes it.
-
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 
 class Torsion(NamedTuple):

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from autobalancer.arrays import Complexes
 from autobalancer.assembly.contact import Tables, is_rigid, law_numbers, least_rebound, parallel, restitution
 from autobalancer.assembly.drive_train import unbalance_factor
 from autobalancer.assembly.guided_balls import ball_inertia
@@ -29,7 +30,7 @@ from autobalancer.assembly.rotors import (
 from autobalancer.assembly.rotors.ellipses import steadily
 from autobalancer.assembly.rotors.equivalent_stiffness import hard_places, mounts, softened
 from autobalancer.assembly.rotors.grounds import Ground, carried, grounds, large_motions, sag
-from autobalancer.assembly.rotors.lateral_model import Complexes, LateralModel
+from autobalancer.assembly.rotors.lateral_model import LateralModel
 from autobalancer.assembly.rotors.reduction import Reduction, circular
 from autobalancer.assembly.system import Assembly, assemble, assemble_general, total_mass
 from autobalancer.cache import remembered

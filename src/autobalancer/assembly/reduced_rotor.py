@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from autobalancer.arrays import Complexes, Floats, Matrix
 from autobalancer.assembly.drive_train import corners, unbalance_factor
 from autobalancer.assembly.rotors import (
     balancer_rows,
@@ -32,7 +33,7 @@ from autobalancer.assembly.rotors.equivalent_stiffness import (
     mounts,
     sliding_model,
 )
-from autobalancer.assembly.rotors.lateral_model import Complexes, Floats, LateralModel, Matrix, Rows
+from autobalancer.assembly.rotors.lateral_model import LateralModel, Rows
 from autobalancer.assembly.rotors.reduction import Reducer, Reduction, circular
 from autobalancer.cache import remembered
 from autobalancer.catalog.resolve import Ball

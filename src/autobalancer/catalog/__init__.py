@@ -4,6 +4,6 @@ The tables are files in ``catalog/data``; they are read when first asked for and
 are SI.
 """
 
-from autobalancer.namespace import public as _public
+from autobalancer.public_names import public as _public
 
 __getattr__, __dir__, __all__ = _public("catalog", globals())

@@ -7,7 +7,8 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from autobalancer.laws.drag_coefficient import CRISIS, DragLaw, Floats, linear_drag_law
+from autobalancer.arrays import Floats
+from autobalancer.laws.drag_coefficient import CRISIS, DragLaw, linear_drag_law
 from autobalancer.machine.balancer.fluid import RANGE, BallInRace, Drag, Range
 from autobalancer.machine.part import key
 

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from autobalancer.arrays import Matrix
 from autobalancer.errors import MachineError, MachineFileError, ResultError, UnitError
 from autobalancer.files.text_files import TABLE, read_table, read_text
 from autobalancer.machine.rotors.modal import MatricesRotor, MatrixFiles, ModeFiles
@@ -47,7 +48,6 @@ GOOD = 0.01  # relative error of it
 LOSS = 0.02  # loss factor for that comparison, so that a resonance has a size
 
 Sparse = Any  # a matrix of scipy.sparse, (N, N)
-Matrix = NDArray[np.float64]
 
 
 class Given(NamedTuple):

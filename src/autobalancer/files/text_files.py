@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import AutobalancerError, KeyPath, Problem, QuestionError, ResultError, UnitError
 from autobalancer.files.samples import sample_hint
 from autobalancer.safe_file import not_to_read
@@ -250,7 +250,6 @@ def encoding_of(content: bytes, otherwise: str = "") -> str:
 # refused.
 
 
-Floats = NDArray[np.float64]
 LINES = 50  # among which the names of the columns are sought
 PIECE = 1 << 22  # characters of a long table at once
 SAMPLE = 20  # rows that say what a column holds

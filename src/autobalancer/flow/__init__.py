@@ -9,6 +9,6 @@ rotation; psi stream function, u_r = -psi_z/r, u_z = psi_r/r; eta vorticity, q =
 D2 = d2/dr2 - (1/r) d/dr + d2/dz2; nu kinematic viscosity.
 """
 
-from autobalancer.namespace import public as _public
+from autobalancer.public_names import public as _public
 
 __getattr__, __dir__, __all__ = _public("flow", globals())

@@ -7,16 +7,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from autobalancer.arrays import Floats, Matrix
 from autobalancer.catalog.resolve import fluid_numbers, resolve, sheared
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.laws.drag_coefficient import Sheared
 from autobalancer.machine import Machine
 from autobalancer.units import field_arguments
-
-Floats = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -17,10 +17,11 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.sparse.linalg import spsolve
 
+from autobalancer.arrays import Floats, Matrix
 from autobalancer.assembly.drive_train import SpeedProfile
 from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.files.machine_file import balls_in_races
-from autobalancer.flow.annulus import Annulus, Floats, Matrix, Walls, annulus_of
+from autobalancer.flow.annulus import Annulus, Walls, annulus_of
 from autobalancer.flow.relaxation import (
     Expected,
     Solved,
@@ -33,12 +34,11 @@ from autobalancer.flow.relaxation import (
 )
 from autobalancer.machine import Machine
 from autobalancer.machine.drive import PrescribedSpeed
-from autobalancer.progress import shows_progress
+from autobalancer.progress import Progress, shows_progress
 from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.units import argument, list_argument, optional_argument
 
 Model = Literal["auto", "modes", "chebyshev", "azimuthal"]
-Progress = Callable[[float, float], None]
 
 _SECONDARY = (
     "flow: the model 'azimuthal' leaves out the secondary flow, which at the mean viscosity of this flow would change the speed "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -12,13 +12,14 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import LinearNDInterpolator
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.flow.annulus import walls_of
-from autobalancer.flow.finite_elements import Fineness, Floats, Flow, Shape, expect
+from autobalancer.flow.finite_elements import Fineness, Flow, Shape, expect
 from autobalancer.laws.impacts import film_slopes
 from autobalancer.machine import Machine
-from autobalancer.progress import shows_progress
+from autobalancer.progress import Progress, shows_progress
 from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.units import argument, field_arguments, list_argument, optional_argument
 
@@ -58,7 +59,6 @@ def ball_forces(flow: Flow, ball: int = 0) -> BallForces:
     return BallForces(-float(along), float(inward), torque)
 
 
-Progress = Callable[[float, float], None]
 MESH_GAP = 0.02
 """Gap in ball radii down to which a mesh is used; the theory of thin films is 0.5 % off there."""
 CLOSEST = 1.03  # diameters from center to center

@@ -14,12 +14,12 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, gmres, minres, splu
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
 
 # Tetrahedra around a ball in its channel, finer where the gap is narrow.
 
 
-Floats = NDArray[np.float64]
 NARROWEST = 0.003
 """Gap in ball radii below which the number of elements, which grows as its inverse, is beyond what is solved here."""
 MOST = 150_000

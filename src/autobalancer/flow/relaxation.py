@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -13,10 +13,11 @@ import xarray as xr
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 from scipy.special import j0, j1, y0, y1
 
+from autobalancer.arrays import Floats, Matrix
 from autobalancer.assembly.drive_train import Piece, SpeedProfile, profile_pieces
 from autobalancer.assembly.guided_balls import uniform_table
 from autobalancer.errors import QuestionError
-from autobalancer.flow.annulus import Annulus, Floats, Matrix
+from autobalancer.flow.annulus import Annulus
 from autobalancer.kernels.annulus_flow import RECORD
 from autobalancer.kernels.records import HILL
 from autobalancer.machine import Constant
@@ -423,9 +424,6 @@ def spin_up(flow: xr.Dataset) -> SpinUp:
 
 
 # What a solver records at every step.
-
-
-Progress = Callable[[float, float], None]
 
 
 @dataclass

@@ -11,14 +11,14 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.linalg import block_diag
 
+from autobalancer.arrays import Floats, Matrix
 from autobalancer.errors import QuestionError
-from autobalancer.flow.annulus import Annulus, Floats, Matrix, Walls
+from autobalancer.flow.annulus import Annulus, Walls
 from autobalancer.flow.relaxation import Expected, Solved, Track, WallSpeed
-from autobalancer.flow.relaxation import Progress as TrackProgress
 from autobalancer.kernels import annulus_flow
 from autobalancer.kernels.annulus_flow import integrate_flow, remember
+from autobalancer.progress import Progress
 
-Progress = Callable[[float, float], None]
 Fields = tuple[Floats, Floats, Floats, float, float]
 
 MOST = 160  # intervals in one direction
@@ -275,7 +275,7 @@ class SpectralFlow:
         tolerance: float,
         stops: Sequence[float] = (),
         at_stop: Callable[[float], None] = lambda time: None,
-        progress: TrackProgress | None = None,
+        progress: Progress | None = None,
         fixed: float = 0.0,
     ) -> Track:
         """Run from time zero, fluid turning as before, to ``end``.

@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from autobalancer.arrays import Matrix
 from autobalancer.errors import Problem
 from autobalancer.machine.part import Damping, Stiffness, key
 from autobalancer.machine.rotors.joint import ACROSS, ALONG, HARDENING, DamperConstant, PointJoint, SpringStiffness
 from autobalancer.machine.rotors.support import Hardening, along_x_and_y
-
-Matrix = NDArray[np.float64]
 
 
 class BallBearing(PointJoint):

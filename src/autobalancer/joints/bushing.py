@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from autobalancer.arrays import Matrix
 from autobalancer.errors import Problem
 from autobalancer.machine.part import Angle, Offset, Quantity, key
 from autobalancer.machine.rotors.joint import (
@@ -23,7 +23,6 @@ from autobalancer.machine.rotors.joint import (
 )
 from autobalancer.machine.rotors.support import Rubber, SpeedTable, TiltDamping, TiltStiffness, values_at
 
-Matrix = NDArray[np.float64]
 Component = Annotated[float, Quantity("")]
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from autobalancer.arrays import Matrix
 from autobalancer.errors import Problem
 from autobalancer.machine.part import Damping, Position, key
 from autobalancer.machine.rotors.joint import (
@@ -21,8 +21,6 @@ from autobalancer.machine.rotors.joint import (
     unfit_at,
 )
 from autobalancer.machine.rotors.support import TiltDamping, along_x_and_y
-
-Matrix = NDArray[np.float64]
 
 
 class Dashpot(PointJoint):

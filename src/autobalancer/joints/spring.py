@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import model_validator
 
+from autobalancer.arrays import Matrix
 from autobalancer.errors import Problem
 from autobalancer.machine.part import Damping, Position, Stiffness, key
 from autobalancer.machine.rotors.joint import (
@@ -37,8 +37,6 @@ from autobalancer.machine.rotors.support import (
     along_x_and_y,
     values_at,
 )
-
-Matrix = NDArray[np.float64]
 
 
 class Spring(PointJoint):

@@ -4,6 +4,6 @@ SI in, SI out: meter, kilogram, second, kelvin. A law knows no machine, no file 
 on its own. What lies outside the range in which a law was published is refused with a ``QuestionError``.
 """
 
-from autobalancer.namespace import public as _public
+from autobalancer.public_names import public as _public
 
 __getattr__, __dir__, __all__ = _public("laws", globals())

@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.units import argument, field_arguments, texts_argument
 
-Floats = NDArray[np.float64]
 UNNAMED = "own law"
 CRISIS = 2e5
 """Reynolds number from which on the boundary layer of a sphere may turn turbulent (end of Cheng 2009)."""

@@ -6,8 +6,8 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.roots import root
 
@@ -120,8 +120,6 @@ def linear_collision_time(stiffness: float, mass: float) -> float:
 # Restitution: what an impact leaves of the speed, as metal yields and in a film of fluid; and the damper that leaves
 # it.
 
-
-Floats = NDArray[np.float64]
 
 LEAST = 0.01  # restitution below which a contact would be too stiff
 

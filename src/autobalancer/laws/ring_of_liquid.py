@@ -22,11 +22,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from autobalancer.arrays import Floats
 from autobalancer.roots import root
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

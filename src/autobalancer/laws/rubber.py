@@ -33,13 +33,12 @@ from functools import cache, cached_property
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import QuestionError
 from autobalancer.units import field_arguments
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 Friction = Literal["elastoplastic", "endochronic"]
 Motion = Literal["circle", "line"]
 
@@ -66,18 +65,6 @@ def friction_stiffness(ratio: ArrayLike, law: Friction = "elastoplastic", motion
     if motion == "circle":
         return _elastoplastic_circle(x) if law == "elastoplastic" else np.asarray((1.0 + 1j * x) / (1.0 + x * x))
     return _tabled_line(x) if law == "elastoplastic" else _endochronic_line(x)
-
-
-def loss_over_softening(law: Friction = "elastoplastic", motion: Motion = "circle") -> float:
-    """K'' over -dK'/d ln a of elements of this ``law``, spread evenly over the logarithm of a_c, in this ``motion``."""
-    if motion == "circle":
-        return math.pi / 4.0 if law == "elastoplastic" else math.pi / 2.0
-    from scipy.integrate import quad
-
-    def loss(log: float) -> float:
-        return float(friction_stiffness(math.exp(log), law, motion).imag)
-
-    return float(quad(loss, -25.0, 0.0)[0] + quad(loss, 0.0, 3.0)[0] + quad(loss, 3.0, 25.0)[0])
 
 
 @dataclass(frozen=True)

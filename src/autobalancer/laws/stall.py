@@ -30,6 +30,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.roots import least, root
 from autobalancer.units import argument, field_arguments, list_argument, texts_argument
@@ -44,7 +45,6 @@ from autobalancer.units import argument, field_arguments, list_argument, texts_a
 
 STEP = 4e-3  # relative, of the residuals that are tried
 TOGETHER = 50  # of them at once
-Floats = NDArray[np.float64]
 _DIRECTIONS = np.linspace(-math.pi, math.pi, 180, endpoint=False)
 
 
@@ -397,41 +397,6 @@ def parting_speeds(
         return ()
     stalls = (at.excess > 0.0) & np.isfinite(at.speed)
     return tuple(zip(at.speed[stalls].tolist(), at.whirl[stalls].tolist(), strict=True))
-
-
-def release_speed(ball: StalledBall, receptance: Receptance, resonances: Sequence[float]) -> float:
-    """The highest rotor speed at which balls can stall, rad/s; nan if they never do, infinite if no drag is enough."""
-    ranges = stall_ranges(ball, receptance, resonances)
-    return ranges[-1].release if ranges else math.nan
-
-
-def holding_speed(
-    unbalance: float | str, receptance: Receptance, resonances: Sequence[float | str], arm: float | str
-) -> float:
-    """The highest speed at which the whirl of a residual ``unbalance`` (kg m) tears balls out of their places, rad/s.
-
-    Balls at rest feel a force m W^2 z across the race and are pressed to it by m eps W^2; so they stay where the
-    deflection is below ``arm`` = mu_adh eps (m), whatever their mass and whatever the fluid. nan if they always stay.
-    z is the unbalance times W^2 times ``receptance`` (m/N, over rad/s), whose undamped critical speeds ``resonances`` are.
-    """
-    unbalance = argument("unbalance", unbalance, "kg*m")
-    resonances = list_argument("resonances", resonances, "rad/s")
-    arm = argument("arm", arm, "m")
-    above = np.geomspace(1e-7, HIGH, 4 * POINTS)
-    near = np.geomspace(1e-7, LOW, POINTS)
-    speed = np.unique(np.concatenate([w * (1.0 + np.concatenate([-near, [0.0], above])) for w in resonances]))
-
-    def excess(v: Any) -> Floats:
-        v = np.atleast_1d(v)
-        return np.asarray(unbalance * v**2 * np.abs(receptance(v)) - arm)
-
-    torn = np.flatnonzero(excess(speed) > 0.0)
-    if not torn.size:
-        return math.nan
-    last = int(torn[-1])
-    if last == speed.size - 1:
-        return math.inf
-    return root(lambda v: float(excess(v)[0]), speed[last], speed[last + 1], xtol=1e-12, rtol=1e-14)
 
 
 def _slip(drag: Torque, needed: Floats) -> Floats:

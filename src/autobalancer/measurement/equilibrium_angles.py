@@ -11,8 +11,9 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from autobalancer.arrays import Floats
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.catalog.product_tables import ROOM, fluid
 from autobalancer.catalog.resolve import Ball, resolve
@@ -40,7 +41,6 @@ from autobalancer.units import argument, field_arguments, texts_argument
 # out, which matters at drag coefficients below one: P over m_eff g is (8/3) (r_b/eps) (1 + c)/c_d at 90 degrees.
 
 
-Floats = NDArray[np.float64]
 GRAVITY = 9.80665
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pydantic import Field, PlainValidator
 from scipy.interpolate import make_interp_spline
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError, RangeWarning, UnitError, warn
 from autobalancer.files.text_files import built_of, read_toml
 from autobalancer.machine.part import Label, Question, key
@@ -33,7 +34,6 @@ from autobalancer.results.store import load_run
 from autobalancer.safe_file import as_path
 from autobalancer.units import optional_argument, shortened, to_si
 
-Floats = NDArray[np.float64]
 TIME = "time"  # the quantity of a column with the instants
 
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.catalog.resolve import fluid_numbers, resolve
 from autobalancer.errors import QuestionError
@@ -35,7 +35,6 @@ from autobalancer.units import argument, ends_argument, list_argument, optional_
 # at standstill holds where gyroscopic effects are small; nothing is known of modes outside the measured band.
 
 
-Floats = NDArray[np.float64]
 DRAGS = np.geomspace(1e-5, 1e5, 101)  # factors on the drag that are tried
 GAINS = np.geomspace(1.0, 1e4, 81)
 PHASES = np.linspace(0.0, math.pi, 91)
@@ -219,9 +218,6 @@ def _valid(speed: float) -> float:
 #
 # Derived for this project; for equal balls it is (P - cN G+/2)(P - cN G-/2) = c^2 |S2|^2 G+ G-/4. For the planar
 # rotor it is :mod:`autobalancer.stability.states.linearized`.
-
-
-Complexes = NDArray[np.complex128]
 
 
 def loop_eigenvalues(

@@ -12,9 +12,9 @@ from collections.abc import Callable
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from autobalancer.arrays import Floats
+
 NEAR = (3.0, 10.0, 30.0)  # frames in time from which on others count much less
 LEAST, SHOWN = (
     1.5,

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.spectrum import decay_rate
 from autobalancer.measurement.tacho import with_rotor_angle
@@ -20,7 +20,6 @@ from autobalancer.results.labels import LABELS, labeled
 from autobalancer.results.signals import Orders, Signals
 from autobalancer.units import argument, optional_argument
 
-Floats = NDArray[np.float64]
 POINTS = 181  # of a turn
 RIGHT = 5.0  # degrees by which a right angle may be off
 LEAST = 0.3  # sine of the angle between two sensors

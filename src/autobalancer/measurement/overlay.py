@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError, RangeWarning, unwarned
 from autobalancer.measurement.pairs import (
     Pair,
@@ -27,7 +27,6 @@ from autobalancer.measurement.tracking import orders
 from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.results.time_series import of_a_run
 
-Floats = NDArray[np.float64]
 DIFFERENT = 0.02  # relative difference of speeds at one time, above which a note says so
 
 

@@ -12,6 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.measurement.balancing.run_down import UNITS, Orders, first_orders
@@ -26,7 +27,6 @@ from autobalancer.rotordynamics.parameter_fit import Rows, Search, Trial
 from autobalancer.simulation.record import Samples, SampleTimes
 from autobalancer.simulation.run import simulate_races
 
-Floats = NDArray[np.float64]
 WRONG = 100.0  # ratio of sizes from which on a unit is probably wrong
 
 

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from autobalancer.arrays import Floats
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races
@@ -30,7 +31,6 @@ from autobalancer.units import argument, texts_argument
 # those of the race. Waves up to a number of undulations per revolution are kept.
 
 
-Floats = NDArray[np.float64]
 Center = Literal["axis", "setup"]
 EXAMPLE = "angle [deg], radius [mm] (or: deviation [um])"
 MOST = 60  # waves of a machine file

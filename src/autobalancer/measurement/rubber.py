@@ -10,8 +10,9 @@ from typing import get_args
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.text_files import Table, read_table
 from autobalancer.laws.rubber import Friction, Motion, RubberLaw
@@ -194,7 +195,6 @@ def _where(frequency: float, amplitude: float) -> str:
     return f"{frequency / (2.0 * np.pi):.4g} Hz, {1e3 * amplitude:.4g} mm"
 
 
-Floats = NDArray[np.float64]
 Measured = RubberPoints | str | Path
 SURE, LEAST = 2.0, 1e-4  # standard deviations, and share of the elastic part, by which it must soften
 PULL = 0.3  # standard deviations for which an element may differ from its neighbor by the mean of all
@@ -480,7 +480,6 @@ def _refuse_rises(points: RubberPoints) -> None:
 # the first harmonics of force and deflection. How much its periods differ says how sure it is.
 
 
-Complexes = NDArray[np.complex128]
 Record = xr.Dataset | str | Path
 ALIKE = 0.05  # relative difference of amplitudes of neighboring periods that are one loop
 PERIODS = 4  # of a loop, the first one of which settles and is left out

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 from scipy.stats import norm
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.text_files import TABLES, read_table
 from autobalancer.machine import Machine
@@ -109,9 +110,6 @@ def fit_run_up(
 
 
 # Amplitude and phase over the speed as something that a machine is fitted to, by its steady response or by its run-up.
-
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

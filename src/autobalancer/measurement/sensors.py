@@ -9,10 +9,10 @@ from typing import Literal, get_args
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline, make_interp_spline
 from scipy.signal import butter, sosfilt, sosfilt_zi
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.signals import Channel, hertz_argument, signals
 from autobalancer.random_numbers import generator
@@ -113,7 +113,6 @@ def _times(run: xr.Dataset, rate: float, start: float | str | None, end: float |
 # What a sensor makes of a true value, and what a tacho makes of turning marks.
 
 
-Floats = NDArray[np.float64]
 RISE = 2.0  # samples in which a pulse rises, so that its instant can be read between samples
 WIDTH = 0.2  # of the time between pulses
 LEAST = 8  # samples between two pulses

@@ -21,6 +21,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import ResultError, UnitError
 from autobalancer.files.samples import sample_hint
 from autobalancer.files.text_files import CLOCK, NUMBER, TABLE, TABLES, WINDOWS, Table, head_of, read_table, read_text
@@ -39,7 +40,6 @@ from autobalancer.results.signals import (
 )
 from autobalancer.safe_file import endless_heap, not_to_read
 
-Floats = NDArray[np.float64]
 EXAMPLE = "time [s], x [um], y [um], tacho [V]"
 OTHERS = {  # how files begin that are not read: what they are, and what to do
     b"PAR1": ("Parquet", "export it as .csv"),

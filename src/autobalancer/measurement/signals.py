@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 import pandas as pd  # type: ignore[import-untyped]
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError, UnitError
 from autobalancer.results.answers.answer import provenance
 from autobalancer.results.signals import LONG, Samples, Signals, pieces
 from autobalancer.units import argument, column_factor
 from autobalancer.units.trade import factor, without_suffix
 
-Floats = NDArray[np.float64]
 UNITS = {  # SI units that a channel of each quantity may have
     "displacement": ("m",),
     "velocity": ("m/s",),

@@ -16,6 +16,7 @@ from scipy.optimize import least_squares
 from scipy.signal import get_window, welch
 from scipy.special import gammaincinv
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.measurement.signals import hertz_argument
 from autobalancer.measurement.tacho import with_rotor_angle
@@ -26,7 +27,6 @@ from autobalancer.results.labels import labeled
 from autobalancer.results.signals import Signals, Spectrum, at_samples, extremes, merged_windows, places
 from autobalancer.roots import root
 
-Floats = NDArray[np.float64]
 WINDOWS = ("hann", "flattop", "blackmanharris", "boxcar")
 LINES = 400  # of a segment, by default
 STEADY = 0.02  # share by which the speed may change for its orders to be named
@@ -558,7 +558,6 @@ def _turned(values: Floats, rate: float, power: int, corner: float) -> Floats:
 # Frequency and decay rate of a motion that was left to itself.
 
 
-Complexes = NDArray[np.complex128]
 PARTS, SPARE = (1, 2, 4), (1, 3)  # beginnings of the signal; poles more than asked, one for what the mean leaves
 MOST_SAMPLES, WIDEST = 1200, 300  # samples and columns of the matrix of which the first guess is made
 PLAIN = 5.0  # standard deviations of its amplitude by which a mode must stand out of the noise

@@ -16,13 +16,13 @@ from scipy import sparse
 from scipy.interpolate import BSpline
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.results.labels import LABELS
 from autobalancer.results.signals import BLOCK, LONG, Samples, Signals, extremes, pieces
 from autobalancer.roots import least
 from autobalancer.units import argument
 
-Floats = NDArray[np.float64]
 Held = Floats | Samples
 LIKELY = ("puls", "phasor", "tach", "drehzahl", "trig", "once", "marke")  # in names of channels that may be a tacho
 

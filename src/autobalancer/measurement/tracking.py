@@ -14,6 +14,7 @@ from scipy.linalg import solveh_banded
 from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.signal import firwin, kaiserord, upfirdn
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.measurement.noise_density import densities, independent
 from autobalancer.measurement.signals import hertz_argument
@@ -25,7 +26,6 @@ from autobalancer.results.labels import labeled
 from autobalancer.results.signals import LONG, Orders, Signals, at_samples, extremes, merged_windows, places
 from autobalancer.units.quantity import ends_argument
 
-Floats = NDArray[np.float64]
 Method = Literal["fit", "vold-kalman"]
 WINDOW = 4.0  # revolutions
 A_TURN, MOST = 4, 4000  # points of a turn, and in all
@@ -578,7 +578,6 @@ def _matching(orders: Orders, slow: xr.Dataset) -> xr.Dataset:
 # Orders by a local fit: computed order tracking in which the amplitude may change within the window.
 
 
-Complexes = NDArray[np.complex128]
 SPREAD = 2  # degree of the polynomial that every amplitude is within the window
 
 

@@ -15,6 +15,7 @@ from matplotlib.text import Text
 from matplotlib.transforms import Affine2D
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.plots.film_frames import FilmCanvas, FilmQuestion, frame_times, magnification, pace, size_words
 from autobalancer.plots.run.history import (
     Deflections,
@@ -32,17 +33,7 @@ from autobalancer.plots.run.race_and_orbit import CHAMFER, ROD
 from autobalancer.plots.run.run_up import deflection_panel, speed_panel
 from autobalancer.plots.style import FORCE, INK, RACE, UNBALANCE
 from autobalancer.results.display_units import EACH_ITS_OWN, AxisUnit, length_axis, length_text, significant
-from autobalancer.results.drawn import (
-    Complexes,
-    Floats,
-    ForcesOfRaces,
-    Moments,
-    Motion,
-    Races,
-    forces_of,
-    lines_of,
-    races_of,
-)
+from autobalancer.results.drawn import ForcesOfRaces, Moments, Motion, Races, forces_of, lines_of, races_of
 
 PATH_POINTS = 16  # points of the path of the rotor center for each frame
 

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.plots.style import (
     BALLS,
@@ -378,7 +378,6 @@ def rests(result: Any) -> Figure:
 # Balls of a film: their angles over time, a picture seen from above, and where they come to rest.
 
 
-Floats = NDArray[np.float64]
 SURE = 1.96  # standard deviations of a 95 % band
 
 

@@ -19,6 +19,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Rectangle
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.plots.film_frames import FilmCanvas, FilmQuestion, frame_times, magnification, pace, size_words
 from autobalancer.plots.run.race_and_orbit import CHAMFER
@@ -28,7 +29,6 @@ from autobalancer.results.display_units import AxisUnit, length_axis
 from autobalancer.results.run_argument import RunArgument, load_chamber_run
 from autobalancer.units import list_argument
 
-Floats = NDArray[np.float64]
 ROUND = np.linspace(0.0, 2.0 * np.pi, 121)
 RIBS = 12  # lines along the wall
 NEAR, FAR = "#8A949C", "#C9D0D6"

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import RectBivariateSpline
 
 from autobalancer import drag
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.laws.drag_coefficient import DragLaw, SampledLaw, TableLaw
 from autobalancer.plots.style import BALLS, CRITICAL, FILL, INK, UNBALANCE, ball_color, heading, legend, look, picture
@@ -84,9 +85,6 @@ def _axes(axes: Axes, label: str) -> None:
 
 
 # The flow around a ball in its race, and its drag over the Reynolds number.
-
-
-Floats = NDArray[np.float64]
 
 
 def ball_drag(found: xr.Dataset) -> Figure:

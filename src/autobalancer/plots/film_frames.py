@@ -16,6 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.machine_kinds import arguments_of, machine_kind, refuse_unknown
 from autobalancer.plots.style import INK, labels_of, look, picture
@@ -188,9 +189,6 @@ def frames_of(
 
 
 # What every film asks: which part of a run, how long and how large, and how fast it then is.
-
-
-Floats = NDArray[np.float64]
 
 
 class FilmOptions(TypedDict, total=False):

@@ -16,6 +16,7 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.laws.rubber import Motion, RubberLaw
 from autobalancer.plots.style import (
     ALL_BALLS,
@@ -396,9 +397,6 @@ def _bars(axes: Axes, x: np.ndarray, y: np.ndarray, bar: np.ndarray, mark: str, 
 
 
 # Pictures of measured receptances: the fit, and the loop with its margins.
-
-
-Floats = NDArray[np.float64]
 
 
 def receptance(fit: xr.Dataset, *, frequency_unit: str = "Hz") -> Figure:

@@ -27,6 +27,7 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox, IdentityTransform
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.results.display_units import AxisUnit, axis_unit
 from autobalancer.safe_file import as_path, write_safely
@@ -249,7 +250,6 @@ def save_picture(figure: Figure, path: str | Path, *, dpi: float = 150.0) -> Pat
 # labels of one pair of axes share one :class:`Labels`, so that they know of one another.
 
 
-Floats = NDArray[np.float64]
 HALO = [withStroke(linewidth=2.6, foreground="white", alpha=0.85)]  # of letters, so that a curve below them stays seen
 SIDES = ((1, 1), (-1, 1), (1, -1), (-1, -1), (0, 1), (0, -1), (1, 0), (-1, 0))  # of a point, the best one first
 FAR = (5.0, 14.0, 26.0, 40.0)  # points from the thing to its label

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.measures.columns_of_measures import RUN_UP
 from autobalancer.machine.chamber import Chamber, ChamberUnbalance
@@ -96,7 +97,6 @@ def bodies_of(run: xr.Dataset) -> str:
 # Where the balls of a deep chamber are in the rotor, what they balance there, and when they came to rest.
 
 
-Floats = NDArray[np.float64]
 CARRIED = 0.5  # a ball that turns faster than this share of the rotor speed goes around with the rotor
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.machine import Force
 from autobalancer.machine.plugins import find
@@ -19,10 +20,6 @@ from autobalancer.units import argument
 #
 # In the frame of the rotor a balanced or stalled machine is nearly at rest, so the deflection is interpolated there
 # and turned into space afterwards; angles follow their known speeds. Both are cubic and pass through every sample.
-
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 
 class Moments(NamedTuple):
@@ -38,11 +35,6 @@ class Moments(NamedTuple):
     plane_deflection_in_rotor: Complexes  # m; planes are the second axis
     plane_unbalance_in_rotor: Complexes  # kg m
     couple_in_rotor: Complexes  # kg m^2
-
-    @property
-    def deflection_in_space(self) -> Complexes:
-        """Deflection in m along the axes that stand still."""
-        return np.asarray(self.deflection_in_rotor * np.exp(1j * self.rotor_angle))
 
 
 class Motion:

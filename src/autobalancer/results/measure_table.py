@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.measures.columns_of_measures import (
     COLUMN,
@@ -50,7 +51,6 @@ from autobalancer.results.run_arrays import (
 )
 from autobalancer.results.time_series import (
     NONE,
-    Floats,
     crests,
     greatest_at,
     greatest_known,

@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.measures.columns_of_measures import (
     BALL,
@@ -27,15 +28,11 @@ from autobalancer.kernels.measures.columns_of_measures import (
     Column,
 )
 from autobalancer.results import time_series
-from autobalancer.results.time_series import Complexes
 
 # What a run or one run of a sweep recorded, as plain arrays: all that a measure is computed from.
 
 
 # Impacts of a run as plain arrays, and what they say of its noise.
-
-
-Floats = NDArray[np.float64]
 
 
 class Impacts(NamedTuple):

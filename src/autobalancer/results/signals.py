@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from xarray.backends import BackendArray
 from xarray.core.indexing import ExplicitIndexer, IndexingSupport, LazilyIndexedArray, explicit_indexing_adapter
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.results.answers.answer import Answer, Form, Shown, sure
 from autobalancer.results.display_units import AxisUnit, axis_unit, length_axis, speed_axis, vibration_axis
@@ -23,7 +24,6 @@ from autobalancer.tables import Column
 # Measured signals show their channels, not their samples; long ones stay in their files and are read piece by piece.
 
 
-Floats = NDArray[np.float64]
 BLOCK = 1 << 20  # samples of a channel that are in memory at once
 LONG = 1 << 22  # samples above which a record stays in its file
 NEAR = 1 << 12  # samples between two that are read at once

@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import KEEP_TURNS, QuestionError
 from autobalancer.kernels.measures.columns_of_measures import PLACE, Place
 from autobalancer.machine import Machine
@@ -21,8 +22,6 @@ from autobalancer.machine.part import Part
 from autobalancer.machine_kinds import RACES, Kind, machine_kind
 from autobalancer.results.answers.answer import Labeled
 from autobalancer.units import shortened
-
-Floats = NDArray[np.float64]
 
 ORIGINS = (
     "",
@@ -169,8 +168,6 @@ def greatest_known(values: Floats) -> float:
 
 # What of a motion in space stands still: its mean over whole turns of everything that whirls.
 
-
-Complexes = NDArray[np.complex128]
 
 WEIGHT, RECORD, NONE = "weight", "recorded excitation", "none"
 

@@ -6,14 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.linalg import expm
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.results.answers.answer import Labeled
 from autobalancer.units import optional_argument
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

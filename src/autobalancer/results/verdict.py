@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import QuestionError
 from autobalancer.kernels.measures.columns_of_measures import LAST, SETTLED, SPEED_CHANGES, VIBRATION_CHANGES
 from autobalancer.kernels.measures.columns_of_measures import LIMITS as MEASURES_LIMITS
@@ -41,7 +42,6 @@ from autobalancer.results.run_arrays import (
 )
 from autobalancer.results.time_series import (
     NONE,
-    Complexes,
     compiled,
     load_of,
     of_a_run,
@@ -53,9 +53,6 @@ from autobalancer.results.time_series import (
     vibration,
     whole_turns,
 )
-
-Floats = NDArray[np.float64]
-
 
 # How a run got to its end: its greatest deflection and the balls that settle, also between jumps of the unbalance.
 #

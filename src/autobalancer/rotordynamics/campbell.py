@@ -11,9 +11,10 @@ from typing import Any, get_args
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from autobalancer.arrays import Floats
 from autobalancer.assembly.drive_train import torsion_of
 from autobalancer.assembly.rotors.critical import Critical, critical_whirls
-from autobalancer.assembly.rotors.lateral_model import Floats, LateralModel
+from autobalancer.assembly.rotors.lateral_model import LateralModel
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine
 from autobalancer.machine.drive import twists

@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eig, eigh
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.assembly.rotors import balancer_rows, lateral_model, reference, rows_at, unbalance_shape
-from autobalancer.assembly.rotors.lateral_model import Complexes, LateralModel, Rows
+from autobalancer.assembly.rotors.lateral_model import LateralModel, Rows
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Disk, Machine, PlanarRotor, ShaftMaterial, ShaftRotor, ShaftSegment, Support, Unbalance
@@ -27,8 +27,6 @@ from autobalancer.rotordynamics.natural_modes import attributes
 #
 # ROSS is imported only to read one of its files; a rotor that is handed over is read off its attributes.
 
-
-Floats = NDArray[np.float64]
 
 KNOWN = ("2.3.", "3.")  # how the versions begin whose attributes are read here
 INSTALL = "install it with: pip install 'autobalancer[ross]'"

@@ -12,8 +12,8 @@ from typing import Any, get_args
 import numpy as np
 import xarray as xr
 
+from autobalancer.arrays import Floats
 from autobalancer.assembly.quantities import in_author_units, unit_of
-from autobalancer.assembly.rotors.lateral_model import Floats
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.machine import Machine

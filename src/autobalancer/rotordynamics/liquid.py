@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from autobalancer.arrays import Floats
 from autobalancer.assembly.drive_train import unbalance_factor
 from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.catalog.resolve import planar_rotor, rings_of
 from autobalancer.errors import MachineError, QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
-from autobalancer.laws.ring_of_liquid import Floats, Ring, growth_rate
+from autobalancer.laws.ring_of_liquid import Ring, growth_rate
 from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.results.answers.answer import Answer, Form, Shown, provenance
 from autobalancer.results.labels import labeled

@@ -16,8 +16,9 @@ import numpy as np
 from scipy.linalg import eig, eigh
 from scipy.optimize import linear_sum_assignment
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.assembly.rotors import lateral_model, reference, rows_at, with_ball_mass
-from autobalancer.assembly.rotors.lateral_model import Complexes, Floats, LateralModel, Rows
+from autobalancer.assembly.rotors.lateral_model import LateralModel, Rows
 from autobalancer.assembly.rotors.rigid import Point
 from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.errors import QuestionError

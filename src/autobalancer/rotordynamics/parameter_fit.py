@@ -13,9 +13,10 @@ import xarray as xr
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
+from autobalancer.arrays import Floats
 from autobalancer.assembly.quantities import parameter_of, with_value_at
 from autobalancer.assembly.rotors import lateral_model, rows_at, with_ball_mass
-from autobalancer.assembly.rotors.lateral_model import Floats, LateralModel
+from autobalancer.assembly.rotors.lateral_model import LateralModel
 from autobalancer.errors import QuestionError, UnitError
 from autobalancer.machine import Machine
 from autobalancer.machine.path import unit_at

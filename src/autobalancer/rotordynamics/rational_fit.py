@@ -16,8 +16,9 @@ from scipy.interpolate import AAA
 from scipy.linalg import lstsq, qr
 from scipy.optimize import least_squares
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import QuestionError
-from autobalancer.progress import shows_progress
+from autobalancer.progress import Progress, shows_progress
 from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.rotordynamics.receptances import PoleModel, hertz
 from autobalancer.units import ends_argument
@@ -151,8 +152,6 @@ def _shapes(poles: Complexes) -> Floats:
     return np.concatenate([np.log(np.maximum(-2.0 * poles.real, 1e-12)), np.log(np.maximum(np.abs(poles), 1e-12) ** 2)])
 
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 FEWEST = 8  # values that a fit needs
 ROUNDING = 1e-6  # so that a line at an end of the band is in it
 
@@ -536,7 +535,6 @@ def covariance(found: FittedModes, frequency: Floats) -> Floats:
 # How many modes a receptance has, and where: AAA proposes poles, an information criterion chooses their number.
 
 
-Progress = Callable[[float, float], None]
 EXACT = 1e-9  # a root mean square deviation below this share of the values is no noise
 PASSES = 6  # of fit and noise in turn
 SETTLED = 0.02  # change of the noise below which another pass is not needed

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.assembly.quantities import changed_part
 from autobalancer.errors import MachineError, QuestionError, RangeWarning, ResultError, UnitError, warn
 from autobalancer.files.samples import sample_hint
@@ -25,10 +25,6 @@ from autobalancer.safe_file import as_path, not_to_read
 from autobalancer.units import optional_argument, to_si
 
 # A receptance as a sum over poles.
-
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)

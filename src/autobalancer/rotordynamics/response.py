@@ -12,12 +12,13 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import CubicHermiteSpline, make_interp_spline
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.assembly.drive_train import unbalance_factor
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.rotors import balancer_rows, lateral_model, reference, unbalance_load
 from autobalancer.assembly.rotors.ellipses import Ellipses, alike_springs, steadily
 from autobalancer.assembly.rotors.equivalent_stiffness import Softened, softened
-from autobalancer.assembly.rotors.lateral_model import Complexes, Floats, LateralModel
+from autobalancer.assembly.rotors.lateral_model import LateralModel
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
 from autobalancer.machine import Machine, Unbalance

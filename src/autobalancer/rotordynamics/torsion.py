@@ -11,7 +11,8 @@ import numpy as np
 from scipy.linalg import eig, eigh
 from scipy.optimize import bisect, linear_sum_assignment
 
-from autobalancer.assembly.drive_train import Complexes, Floats, Torsion, damping_at, shakes_of, torsion_of
+from autobalancer.arrays import Complexes, Floats
+from autobalancer.assembly.drive_train import Torsion, damping_at, shakes_of, torsion_of
 from autobalancer.assembly.terms import Theory
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races

@@ -16,7 +16,8 @@ from autobalancer.errors import MachineError
 from autobalancer.machine import Machine, PrescribedSpeed
 
 if TYPE_CHECKING:
-    from autobalancer.flow.annulus import Annulus, Floats
+    from autobalancer.arrays import Floats
+    from autobalancer.flow.annulus import Annulus
     from autobalancer.flow.relaxation import WallSpeed
 
 

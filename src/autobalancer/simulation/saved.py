@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from autobalancer.arrays import Complexes
 from autobalancer.assembly.drive_train import link_names, unbalance_factor
 from autobalancer.assembly.places import Places, accelerations, desk_for, gauges_of, turning_mass, without_balancing
 from autobalancer.assembly.resolved import ball_states
 from autobalancer.assembly.rotors import couple_vector
-from autobalancer.assembly.rotors.lateral_model import Complexes
 from autobalancer.assembly.system import Assembly
 from autobalancer.kernels.derivatives import derivatives, normal_forces
 from autobalancer.kernels.integrators.integrator_state import (
@@ -496,11 +496,6 @@ def wall_contacts(own: Any, system: System) -> tuple[Matrix, Matrix, Matrix]:
     gap, force, floor = (np.zeros(states.shape[:2]) for _ in range(3))
     contacts(states, system, gap, force, floor)
     return gap, force, floor
-
-
-def forces_on_walls(own: Any, system: System) -> Matrix:
-    """The normal force of the outer wall alone."""
-    return wall_contacts(own, system)[1]
 
 
 # How far the fluid around a ball lagged behind its race at the saved states of a run.

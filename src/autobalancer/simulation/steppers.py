@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, get_args
 
 import numpy as np
 
-from autobalancer.assembly.rotors.lateral_model import Complexes, Floats, Matrix
+from autobalancer.arrays import Complexes, Floats, Matrix
 from autobalancer.assembly.system import Assembly, Model
 from autobalancer.cache import remembered
 from autobalancer.errors import QuestionError

@@ -4,6 +4,6 @@ One room for each question; from the bottom up: ``host``, ``states``, then ``fri
 ``continuation``, then ``periodic``, then ``maps``, ``basins`` and ``diagrams``, then ``summary``.
 """
 
-from autobalancer.namespace import public as _public
+from autobalancer.public_names import public as _public
 
 __getattr__, __dir__, __all__ = _public("stability", globals())

@@ -12,12 +12,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import Polynomial
 
+from autobalancer.arrays import Complexes, Floats, Matrix
 from autobalancer.assembly.terms import Theory, ignores
 from autobalancer.errors import QuestionError, RangeWarning, warn
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.stability.border import Border, ignoring
-from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Plane, Stations, plane
+from autobalancer.stability.host.stations import Plane, Stations, plane
 from autobalancer.stability.states.linearized import deciding_eigenvalues
 from autobalancer.stability.states.rest_states import StationState
 from autobalancer.units import unbalance_argument

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes
 from autobalancer.assembly.drive_train import without_links
 from autobalancer.assembly.places import in_frame
 from autobalancer.assembly.system import Assembly, assemble, steady
@@ -33,14 +34,7 @@ from autobalancer.simulation.record import record_for
 from autobalancer.simulation.steppers import equations
 from autobalancer.stability.border import attributes
 from autobalancer.stability.friction import RELEASED
-from autobalancer.stability.host.stations import (
-    Complexes,
-    Plane,
-    Stations,
-    free_eigenvalues,
-    refuse_forces,
-    station_form,
-)
+from autobalancer.stability.host.stations import Plane, Stations, free_eigenvalues, refuse_forces, station_form
 from autobalancer.stability.states.linearized import growth
 from autobalancer.stability.states.questions import judged
 from autobalancer.stability.states.rest_states import required, states_of

@@ -17,9 +17,9 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats, Matrix
 from autobalancer.errors import MachineError
 from autobalancer.roots import root
-from autobalancer.stability.host.stations import Complexes, Floats, Matrix
 from autobalancer.stability.steady_curves import (
     DIFFERENCE,
     Groups,

@@ -11,6 +11,7 @@ from typing import Any, Literal, TypeVar, get_args
 import numpy as np
 import xarray as xr
 
+from autobalancer.arrays import Floats
 from autobalancer.assembly.terms import Theory
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races
@@ -31,7 +32,6 @@ from autobalancer.stability.bifurcations import (
 )
 from autobalancer.stability.border import attributes
 from autobalancer.stability.curve_explorer import Branch, Branches, Explorer, Progress
-from autobalancer.stability.host.stations import Floats
 from autobalancer.stability.host.vector_field import Cycle, Equations
 from autobalancer.stability.periodic_orbits import Row
 from autobalancer.stability.stalled_orbits import partly_stalled_orbits, stalled_orbits

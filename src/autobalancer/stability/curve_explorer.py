@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from autobalancer.arrays import Floats
 from autobalancer.results.answers.answer import Answer, Form
 from autobalancer.results.display_units import axis_unit
 from autobalancer.stability.bifurcations import (
@@ -25,7 +26,6 @@ from autobalancer.stability.bifurcations import (
     special_points,
     tangent_at,
 )
-from autobalancer.stability.host.stations import Floats
 from autobalancer.stability.periodic_orbits import (
     FIRST_AMPLITUDE,
     Mesh,

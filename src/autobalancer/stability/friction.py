@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.assembly.drive_train import greatest_rise, highest_prescribed
 from autobalancer.assembly.terms import Theory, ignores, weightless
 from autobalancer.catalog.product_tables import NONE_GIVEN
@@ -23,7 +24,7 @@ from autobalancer.machine import Machine, Unbalance
 from autobalancer.progress import check_deadline
 from autobalancer.random_numbers import generator
 from autobalancer.results.display_units import length_text, moment_text
-from autobalancer.stability.host.stations import Complexes, Floats, Stations, is_planar, stations, without_forces
+from autobalancer.stability.host.stations import Stations, is_planar, stations, without_forces
 from autobalancer.stability.states.rest_states import described, required, service_speed, yields
 from autobalancer.tables import facts_text, rpm_and_si
 from autobalancer.units import to_si, unbalance_argument
@@ -407,11 +408,6 @@ class HeldPlane:
     def sentence(self) -> str:
         """The rows as one text."""
         return "; ".join(text for _, text in self.rows)
-
-    @property
-    def settled_sentence(self) -> str:
-        """The rows of balls that settle as one text."""
-        return "; ".join(text for _, text in self.settled_rows)
 
     @property
     def _sticking(self) -> str:

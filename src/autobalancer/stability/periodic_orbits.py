@@ -15,6 +15,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from autobalancer.arrays import Complexes, Floats, Matrix
 from autobalancer.stability.bifurcations import (
     Loop,
     NoConvergence,
@@ -24,7 +25,6 @@ from autobalancer.stability.bifurcations import (
     follow,
     locate,
 )
-from autobalancer.stability.host.stations import Complexes, Floats, Matrix
 from autobalancer.stability.host.vector_field import Equations
 from autobalancer.stability.states.linearized import deciding_eigenvalues
 from autobalancer.stability.states.rest_states import state_at_rest
@@ -54,13 +54,8 @@ class Orbit:
     speed: float
 
     @property
-    def stable(self) -> bool:
-        """Whether all multipliers but the trivial one are within the unit circle."""
-        return self.unstable == 0
-
-    @property
     def unstable(self) -> int:
-        """How many multipliers are outside the unit circle."""
+        """How many multipliers are outside the unit circle; none of a stable one."""
         return int((np.abs(self.multipliers[1:]) > 1.0 + 1e-7).sum())
 
     @property

@@ -14,10 +14,11 @@ from functools import cached_property
 
 import numpy as np
 
+from autobalancer.arrays import Complexes, Floats, Matrix
 from autobalancer.catalog.resolve import Ball
 from autobalancer.roots import root
 from autobalancer.stability.bifurcations import NoConvergence, at_parameter
-from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Stations
+from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.host.vector_field import Equations, Field
 from autobalancer.stability.periodic_orbits import Mesh, Orbits
 from autobalancer.stability.stall.branch import stable

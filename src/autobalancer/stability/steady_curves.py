@@ -13,6 +13,7 @@ from typing import Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats, Matrix
 from autobalancer.assembly.guided_balls import has_forces
 from autobalancer.assembly.quantities import si_value, value_of, with_quantity
 from autobalancer.catalog.resolve import resolve
@@ -22,9 +23,6 @@ from autobalancer.machine.drive import Constant
 from autobalancer.machine.path import QUANTITIES, axis_attributes, parts_of, si_unit_of
 from autobalancer.stability.host.reduction import basis_for, projected
 from autobalancer.stability.host.stations import (
-    Complexes,
-    Floats,
-    Matrix,
     Numbers,
     Plane,
     Stations,

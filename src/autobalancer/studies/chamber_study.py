@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd  # type: ignore[import-untyped]
 import xarray as xr
-from numpy.typing import NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import AutobalancerError, MachineError, QuestionError
 from autobalancer.files.machine_file import balls_in_chambers, machine_text
 from autobalancer.laws.impacts import contact_time, energy_error
@@ -582,7 +582,6 @@ def _spread(values: xr.DataArray) -> xr.DataArray:
 # Which step a contact needs: two equal balls collide head on, again and again, at another phase of the step.
 
 
-Floats = NDArray[np.float64]
 SCHEMES = ("runge_kutta", "velocity_verlet")
 
 

@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from autobalancer.arrays import Complexes, Floats, Matrix
 from autobalancer.assembly.drive_train import unbalance_factor
 from autobalancer.assembly.rotors.equivalent_stiffness import hard_places
-from autobalancer.assembly.rotors.lateral_model import Complexes, Floats, LateralModel, Matrix, Rows, matrices
+from autobalancer.assembly.rotors.lateral_model import LateralModel, Rows, matrices
 from autobalancer.cache import remembered
 from autobalancer.catalog.resolve import planar_rotor, resolve
 from autobalancer.errors import MachineError

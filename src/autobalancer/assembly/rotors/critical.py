@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from autobalancer.assembly.rotors.lateral_model import Complexes, Floats, LateralModel
+from autobalancer.arrays import Complexes, Floats
+from autobalancer.assembly.rotors.lateral_model import LateralModel
 from autobalancer.cache import remembered
 from autobalancer.roots import root
 

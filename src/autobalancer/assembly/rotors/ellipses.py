@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.assembly.rotors.equivalent_stiffness import Softened
-from autobalancer.assembly.rotors.lateral_model import Complexes, Floats
 from autobalancer.errors import QuestionError
 from autobalancer.laws.rubber import RubberLaw
 

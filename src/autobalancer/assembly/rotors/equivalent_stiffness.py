@@ -26,9 +26,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from autobalancer.assembly.rotors.lateral_model import SAME, Complexes, LateralModel, Matrix, turns_alike
+from autobalancer.arrays import Complexes, Floats, Matrix
+from autobalancer.assembly.rotors.lateral_model import SAME, LateralModel, turns_alike
 from autobalancer.assembly.rotors.rig import RigAxis
 from autobalancer.catalog.resolve import planar_rotor
 from autobalancer.errors import QuestionError
@@ -117,9 +118,6 @@ def _rows(machine: Machine, model: LateralModel, number: int) -> Iterator[tuple[
 #
 # T goes through the points of the table as a monotone cubic (Fritsch and Carlson 1980), and straight on with its last
 # slope beyond them.
-
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

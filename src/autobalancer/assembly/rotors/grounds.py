@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from autobalancer.arrays import Floats, Matrix
 from autobalancer.assembly.rotors import station_rows
 from autobalancer.assembly.rotors.equivalent_stiffness import HardPlace, Mount, beyond_sliding, hardenings
-from autobalancer.assembly.rotors.lateral_model import Floats, LateralModel, Matrix, Rows, add_support
+from autobalancer.assembly.rotors.lateral_model import LateralModel, Rows, add_support
 from autobalancer.assembly.rotors.rig import RigAxis, assembled, joint_struts
 from autobalancer.errors import MachineError
 from autobalancer.machine import Machine, MultibodyRotor, PlanarRotor

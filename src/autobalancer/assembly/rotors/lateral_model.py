@@ -16,17 +16,13 @@ from functools import cached_property, singledispatch
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats, Matrix
 from autobalancer.errors import MachineError
 from autobalancer.machine import Support
 from autobalancer.machine.rotors import Rotor
 
 SAME = 1e-12  # relative difference of two motions that counts as none
-
-Floats = NDArray[np.float64]
-Matrix = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)

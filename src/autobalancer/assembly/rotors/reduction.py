@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from autobalancer.assembly.rotors.lateral_model import Complexes, Floats, LateralModel, Matrix, Rows
+from autobalancer.arrays import Complexes, Floats, Matrix
+from autobalancer.assembly.rotors.lateral_model import LateralModel, Rows
 from autobalancer.errors import MachineError
 
 FREQUENCIES = 48  # at which the receptances of both models are compared
@@ -149,25 +150,13 @@ def _paired(basis: Matrix, model: LateralModel) -> Matrix:
 def fewest(
     model: LateralModel, candidates: Iterable[Matrix], places: Matrix, loads: Complexes, top: float
 ) -> tuple[Matrix, float] | None:
-    """The first of several bases whose :func:`receptance_error` is below 1e-3, else the last, and its error."""
+    """The first of several bases whose error (:meth:`Answers.error_of`) is below 1e-3, else the last, and its error."""
     modes, answers = None, Answers(model, places, top)
     for basis in candidates:
         modes = basis, answers.error_of(basis, answers.reduced(basis), loads)
         if modes[1] <= AIM:
             break
     return modes
-
-
-def receptance_error(model: LateralModel, basis: Matrix, places: Matrix, loads: Complexes, top: float) -> float:
-    """Greatest relative error of what forces at the places, and the unbalance, move there at speeds up to ``top``.
-
-    ``basis`` is over all coordinates, (N, R), or, on isotropic rotors, over those along x, (pairs, r). An unbalance that
-    hardly moves the places is compared with what a force of its size does. All coordinates have no error. A speed at which the
-    matrix of the whole rotor is singular, a critical one without damping, does not count, since nothing is determined there;
-    where only that of the reduced rotor is, the error is infinite.
-    """
-    answers = Answers(model, places, top)
-    return answers.error_of(basis, answers.reduced(basis), loads)
 
 
 class Answers:
@@ -195,7 +184,13 @@ class Answers:
         return np.asarray(rows)
 
     def error_of(self, basis: Matrix, small: Complexes | None, loads: Complexes) -> float:
-        """The :func:`receptance_error` of a basis with its answers ``small``."""
+        """Greatest relative error of what forces at the places, and the unbalance, move there in a basis with answers ``small``.
+
+        The basis is over all coordinates, (N, R), or, on isotropic rotors, over those along x, (pairs, r). An unbalance that
+        hardly moves the places is compared with what a force of its size does. All coordinates have no error. A speed at which
+        the matrix of the whole rotor is singular, a critical one without damping, does not count, since nothing is determined
+        there; where only that of the reduced rotor is, the error is infinite.
+        """
         if small is None:
             return 0.0
         whirls = self._whirls(basis)

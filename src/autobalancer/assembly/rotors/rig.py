@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalancer.assembly.rotors.lateral_model import Floats, LateralModel, Matrix, Rows, matrices, table_speeds
+from autobalancer.arrays import Floats, Matrix
+from autobalancer.assembly.rotors.lateral_model import LateralModel, Rows, matrices, table_speeds
 from autobalancer.errors import MachineError
 from autobalancer.machine import Body, MultibodyRotor
 from autobalancer.machine.rotors.joint import PointJoint, Spot

@@ -7,16 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from autobalancer.assembly.rotors.lateral_model import (
-    Axis,
-    Floats,
-    LateralModel,
-    Matrix,
-    Rows,
-    add_support,
-    matrices,
-    table_speeds,
-)
+from autobalancer.arrays import Floats, Matrix
+from autobalancer.assembly.rotors.lateral_model import Axis, LateralModel, Rows, add_support, matrices, table_speeds
 from autobalancer.errors import MachineError
 from autobalancer.machine import MatricesRotor, ModalRotor, PlanarRotor, RigidRotor
 

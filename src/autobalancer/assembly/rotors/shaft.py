@@ -10,15 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from autobalancer.assembly.rotors.lateral_model import (
-    Floats,
-    LateralModel,
-    Matrix,
-    Rows,
-    add_support,
-    matrices,
-    table_speeds,
-)
+from autobalancer.arrays import Floats, Matrix
+from autobalancer.assembly.rotors.lateral_model import LateralModel, Rows, add_support, matrices, table_speeds
 from autobalancer.cache import remembered
 from autobalancer.errors import MachineError
 from autobalancer.machine import Disk, ShaftRotor, ShaftSegment

@@ -10,13 +10,12 @@ from typing import Any, Literal, get_args
 import numpy as np
 import xarray as xr
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.balancing.runs import (
     MASSES,
     Angles,
     BalanceRun,
-    Complexes,
-    Floats,
     Job,
     Phase,
     Reading,

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.balancing.balance import Holes, Stock, mounted, polar_deviations
 from autobalancer.measurement.balancing.runs import (
@@ -230,8 +230,6 @@ def _dataset(
 # their line, decides.
 
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 STEPS, CLOSE = 60, 1e-12
 DIRECTIONS = 24  # of the starts of the search
 

@@ -12,12 +12,12 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.files.text_files import Table, read_table
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.measurement.balancing.balance import polar_deviations
-from autobalancer.measurement.balancing.runs import Complexes
 from autobalancer.measurement.noise_density import independent
 from autobalancer.measurement.signals import quantity_of
 from autobalancer.measurement.tracking import passed_at, window_of_fit
@@ -224,7 +224,6 @@ def _dataset(
 
 
 EXAMPLE = "speed [rpm], place, direction, amplitude [um], phase [deg], amplitude deviation [um]"
-Floats = NDArray[np.float64]
 UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 SAME = 1e-6  # relative difference of speeds that are one
 

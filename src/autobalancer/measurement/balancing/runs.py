@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, PlainValidator
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import Problem, QuestionError, UnitError, all_of
 from autobalancer.files.text_files import built_of, read_toml
 from autobalancer.laws.capabilities import grade_argument, permissible_unbalance
@@ -221,8 +222,6 @@ def balance_runs(runs: Sequence[BalanceRun] | str | Path) -> tuple[tuple[Balance
 # Runs as arrays: complex readings, complex masses, and how sure the readings are.
 
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 SAME = 5e-3  # relative difference of speeds that count as one
 
 

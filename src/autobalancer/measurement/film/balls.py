@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.film.optics import (
     ANYWHERE,
@@ -25,8 +26,6 @@ from autobalancer.measurement.film.optics import (
 from autobalancer.measurement.film.setup import FilmSetup, Mark, places_of
 from autobalancer.progress import Progress
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 Gray = NDArray[np.uint8]
 POINTS = 56
 LEAST = 0.3  # share of the edge of a ball that must be seen

@@ -11,6 +11,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.film.optics import View, in_space, looking
 from autobalancer.measurement.film.photograph import Film, Gray, write_film
@@ -30,7 +31,6 @@ from autobalancer.units import argument, field_arguments, optional_argument
 
 
 Singles = NDArray[np.float32]
-Complexes = NDArray[np.complex128]
 
 PLATE, DISC, HUB, FLOOR, MARK = 0.16, 0.46, 0.30, 0.22, 0.93  # brightness of what is flat
 AMBIENT, DIFFUSE, GLOSS, SHARP = 0.30, 0.48, 0.75, 30.0  # of balls
@@ -142,7 +142,6 @@ class Painter:
         picture[part] += cover * (AMBIENT + DIFFUSE * lit + GLOSS * shine - picture[part])
 
 
-Floats = NDArray[np.float64]
 ROTOR_MARKS, FRAME_MARKS = (
     (0.0, 70.0, 160.0, 235.0, 290.0),
     (20.0, 75.0, 140.0, 200.0, 265.0, 320.0),

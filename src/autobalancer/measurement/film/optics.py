@@ -12,6 +12,7 @@ from scipy import ndimage
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.film.setup import FilmSetup, Mark, places_of
 
@@ -21,7 +22,6 @@ from autobalancer.measurement.film.setup import FilmSetup, Mark, places_of
 # ``f (1 + k1 s + k2 s^2) (x, y)`` with ``s = x^2 + y^2`` and ``x, y`` the slopes of the ray from the axis of the lens.
 
 
-Floats = NDArray[np.float64]
 UNDONE = 8  # iterations that undo a distortion: each gains about two digits
 
 
@@ -81,9 +81,6 @@ def looking(position: ArrayLike, look_at: ArrayLike, roll: float = 0.0) -> Float
 # Outlines of round things in a picture: balls, and flat round marks.
 #
 # An outline is the pixels of points around the edge, with the direction outwards in the picture.
-
-
-Complexes = NDArray[np.complex128]
 
 
 class Outline(NamedTuple):

@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError, ResultError
 from autobalancer.measurement.film.balls import BallsInPicture, Reader, mirror_warning
 from autobalancer.measurement.film.optics import Calibration, camera_of
@@ -20,7 +21,6 @@ from autobalancer.measurement.film.setup import FilmSetup, labeled
 from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.safe_file import as_path, not_to_read, write_safely
 
-Floats = NDArray[np.float64]
 Gray = NDArray[np.uint8]
 LIGHT = (0.299, 0.587, 0.114)  # of red, green and blue, as films have it
 

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.measurement.film.balls import (
     FIRST,
@@ -28,7 +29,6 @@ from autobalancer.results.answers.answer import Answer, Labeled, provenance
 from autobalancer.results.time_series import hanging
 from autobalancer.units import argument, optional_argument
 
-Floats = NDArray[np.float64]
 MOST_FAULTS = 0.5  # share of the pictures that may be of no use
 
 

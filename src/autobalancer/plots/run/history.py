@@ -7,14 +7,13 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 from matplotlib.colors import to_hex, to_rgb
-from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import QuestionError
 from autobalancer.plots.style import BALLS, ball_color
-from autobalancer.results.drawn import Complexes, bodies_of, cubic
+from autobalancer.results.drawn import bodies_of, cubic
 from autobalancer.results.time_series import NONE, end_of_run_up, load_of
 
-Floats = NDArray[np.float64]
 CALM = 0.05  # of the greatest deflection
 SAVE_MORE = "save Samples() or Envelope() with simulate(..., save=...)"
 

@@ -14,6 +14,7 @@ from matplotlib.patches import Circle, FancyArrowPatch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import QuestionError
 from autobalancer.plots.run.history import Planes, balancer_name, ball_looks, places, planes_of, static_part
 from autobalancer.plots.style import ALL_BALLS, FORCE, HALO, INK, RACE, UNBALANCE, heading, legend_width, look, picture
@@ -28,18 +29,7 @@ from autobalancer.results.display_units import (
     speed_axis,
     times_larger,
 )
-from autobalancer.results.drawn import (
-    Complexes,
-    Floats,
-    ForcesOfRaces,
-    Moments,
-    Motion,
-    Races,
-    cubic,
-    forces_of,
-    lines_of,
-    races_of,
-)
+from autobalancer.results.drawn import ForcesOfRaces, Moments, Motion, Races, cubic, forces_of, lines_of, races_of
 from autobalancer.results.run_argument import RunArgument, load_race_run
 from autobalancer.units import optional_argument
 

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.laws.rubber import Friction, Motion, RubberLaw, friction_stiffness
 from autobalancer.machine import Rubber, RubberFriction, RubberRelaxation
@@ -123,7 +124,6 @@ FORMS["ChamberStudy"] = Form(
 # What a fit of rubber found.
 
 
-Floats = NDArray[np.float64]
 FAR = 3.0  # standard deviations from which a point is named
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import of_kind, parse_machine
 from autobalancer.laws.capabilities import balance_grade
@@ -25,7 +26,7 @@ from autobalancer.results.chamber_measures import (
 )
 from autobalancer.results.display_units import length_text, share_text, significant
 from autobalancer.results.run_arrays import held_rotor, stopped
-from autobalancer.results.time_series import Complexes, Floats, calm_mean, end_of_run_up, of_a_run, place_measures
+from autobalancer.results.time_series import calm_mean, end_of_run_up, of_a_run, place_measures
 from autobalancer.results.verdict import (
     LIMITS,
     NO_VERDICT,

@@ -12,9 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from autobalancer.arrays import Matrix
 from autobalancer.assembly.rotors.lateral_model import LateralModel
 from autobalancer.assembly.rotors.reduction import AIM, fewest
-from autobalancer.stability.host.stations import Matrix, Stations
+from autobalancer.stability.host.stations import Stations
 
 FEW = 12  # pairs of coordinates that are not reduced
 BEYOND = 2.0  # times the highest speed: what is slow in the rotor may whirl so fast in space

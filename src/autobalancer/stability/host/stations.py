@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats, Matrix
 from autobalancer.assembly.contact import contact_rows
 from autobalancer.assembly.drive_train import schedule_times, unbalance_factor, unbalance_vector
 from autobalancer.assembly.guided_balls import ball_rows, force_rows, forces_in, has_forces, moving_rows
@@ -31,10 +32,6 @@ from autobalancer.random_numbers import generator
 
 # A planar machine as numbers.
 
-
-Floats = NDArray[np.float64]
-Matrix = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 SEARCHED = 40.0  # borders are sought up to so many times the critical speed
 STAND_IN = (

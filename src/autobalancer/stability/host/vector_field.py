@@ -25,15 +25,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from autobalancer.stability.host.stations import (
-    Complexes,
-    Floats,
-    Matrix,
-    Numbers,
-    Series,
-    Stations,
-    refuse_motion_along_the_axis,
-)
+from autobalancer.arrays import Complexes, Floats, Matrix
+from autobalancer.stability.host.stations import Numbers, Series, Stations, refuse_motion_along_the_axis
 
 
 @dataclass(frozen=True)

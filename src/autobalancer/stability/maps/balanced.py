@@ -25,11 +25,12 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats, Matrix
 from autobalancer.errors import QuestionError
 from autobalancer.progress import check_deadline
 from autobalancer.results.display_units import length_text
 from autobalancer.roots import root
-from autobalancer.stability.host.stations import Complexes, Plane, Stations
+from autobalancer.stability.host.stations import Plane, Stations
 from autobalancer.stability.states.ball_positions import close_polygon, spread_of_two, spread_range
 from autobalancer.stability.states.ball_positions import growth_rates as right_angle_rates
 from autobalancer.stability.states.linearized import deciding_eigenvalues, exponents_of, modes
@@ -54,10 +55,6 @@ from autobalancer.stability.states.rest_states import (
 # Z+ = Z(s + i W), Z- = Z(s - i W), and, for N > 2 balls, of s^(N-2) (I s + beta)^(N-2).
 
 
-Floats = NDArray[np.float64]
-Matrix = NDArray[np.float64]
-
-
 @dataclass(frozen=True)
 class PlanarBalancer:
     """An isotropic planar rotor with N equal balls in one centric race; SI, mass includes the balls."""
@@ -74,12 +71,6 @@ class PlanarBalancer:
     def critical_speed(self) -> float:
         """sqrt(k/M), rad/s."""
         return float(np.sqrt(self.stiffness / self.mass))
-
-    @property
-    def sommerfeld_number(self) -> float:
-        """S = (m eps w_c)^2 / (b beta); infinite without damping."""
-        dissipation = self.damping * self.drag
-        return float("inf") if dissipation == 0.0 else float((self.moment * self.critical_speed) ** 2 / dissipation)
 
 
 def planar_eigenvalues(balancer: PlanarBalancer, speed: float, spread: float) -> NDArray[np.complex128]:

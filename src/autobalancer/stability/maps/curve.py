@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from autobalancer.arrays import Floats
 from autobalancer.assembly.guided_balls import has_forces
 from autobalancer.assembly.quantities import parameter_range, parameter_unit, si_value, with_quantity
 from autobalancer.assembly.terms import Theory, ignores, unknown, weightless
@@ -25,7 +26,7 @@ from autobalancer.results.answers.answer import Answer
 from autobalancer.results.labels import labeled
 from autobalancer.roots import root
 from autobalancer.stability.border import Border, attributes
-from autobalancer.stability.host.stations import Floats, is_planar, plane
+from autobalancer.stability.host.stations import is_planar, plane
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.maps.exact import (
     AVERAGED,

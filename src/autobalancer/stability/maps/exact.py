@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from autobalancer.arrays import Floats
 from autobalancer.assembly.terms import Theory, ignores, weightless
 from autobalancer.errors import BORDERS, QuestionError
 from autobalancer.files.machine_file import balls_in_races
@@ -26,7 +27,7 @@ from autobalancer.stability.averaged import (
     refuse_without_drag,
 )
 from autobalancer.stability.border import Border, Borders, ignoring
-from autobalancer.stability.host.stations import Floats, Plane, Stations
+from autobalancer.stability.host.stations import Plane, Stations
 from autobalancer.stability.maps.balanced import (
     POINTS,
     Balanced,

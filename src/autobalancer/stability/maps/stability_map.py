@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
+from autobalancer.arrays import Floats
 from autobalancer.assembly.quantities import parameter_range, si_value, value_of, with_quantity
 from autobalancer.assembly.terms import Theory, unknown, weightless
 from autobalancer.catalog.product_tables import fluid, fluids
@@ -23,7 +24,7 @@ from autobalancer.results.answers.answer import Answer
 from autobalancer.results.labels import labeled
 from autobalancer.stability.border import attributes
 from autobalancer.stability.friction import held_share
-from autobalancer.stability.host.stations import Floats, is_planar
+from autobalancer.stability.host.stations import is_planar
 from autobalancer.stability.maps.balanced import balanced_states
 from autobalancer.stability.maps.curve import (
     VARIABLES,

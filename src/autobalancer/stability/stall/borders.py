@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.assembly.drive_train import highest_prescribed
 from autobalancer.assembly.rotors import balancer_rows, lateral_model, with_ball_mass
 from autobalancer.assembly.rotors.critical import critical_speeds, natural_frequencies
@@ -26,7 +27,7 @@ from autobalancer.machine import Machine
 from autobalancer.progress import check_deadline
 from autobalancer.stability.border import Border
 from autobalancer.stability.host.reduction import reduced
-from autobalancer.stability.host.stations import Complexes, Floats, Plane, Stations, stations
+from autobalancer.stability.host.stations import Plane, Stations, stations
 from autobalancer.stability.stall.branch import BELOW as RANGES_BELOW
 from autobalancer.stability.stall.branch import (
     FAR,

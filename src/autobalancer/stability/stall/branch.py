@@ -15,9 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from autobalancer.arrays import Floats
 from autobalancer.progress import check_deadline
 from autobalancer.roots import root
-from autobalancer.stability.host.stations import Floats
 from autobalancer.stability.stall.states import STEEP, Balance, Loads, States, Whirling
 
 FIRST, LONGEST = 0.02, 0.25  # steps along the curve; one is a radian, or e of slip over whirl

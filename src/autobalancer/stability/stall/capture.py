@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.kernels.system import BALLS, SPEED
 from autobalancer.laws.stall import Receptance, StalledBall, StallRange, parting_speeds
@@ -25,7 +26,7 @@ from autobalancer.roots import root
 from autobalancer.simulation.record import Samples, record_for
 from autobalancer.simulation.steppers import stepper_for
 from autobalancer.stability.border import Border
-from autobalancer.stability.host.stations import Floats, Stations
+from autobalancer.stability.host.stations import Stations
 from autobalancer.stability.stall.branch import FAR, HangingRange, Leaving, followed, grid, growth, past
 from autobalancer.stability.stall.states import Balance, Loads, States, Whirling
 

@@ -20,10 +20,11 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats, Matrix
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.machine import Machine
 from autobalancer.progress import check_deadline
-from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Stations
+from autobalancer.stability.host.stations import Stations
 
 # The balls of a machine that can stall, in groups of equal balls of one station, and what drives and brakes them.
 #

@@ -8,9 +8,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from autobalancer.arrays import Complexes, Floats
 from autobalancer.progress import check_deadline
 from autobalancer.roots import least
-from autobalancer.stability.host.stations import Complexes, Floats, Plane
+from autobalancer.stability.host.stations import Plane
 
 SAME = 1e-5 + 1e-9  # distance of directions, as unit vectors, of balls that are at one place
 PATTERNS = 4096  # at most so many ways of placing balls on the two sides are gone through

@@ -19,9 +19,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats, Matrix
 from autobalancer.errors import QuestionError
 from autobalancer.progress import check_deadline
-from autobalancer.stability.host.stations import Complexes, Floats, Matrix, Plane, Stations
+from autobalancer.stability.host.stations import Plane, Stations
 from autobalancer.stability.host.vector_field import Cycle, Field, gauss, step_maps, steps_of
 from autobalancer.stability.states.rest_states import StationState, state_vector
 

@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
+from autobalancer.arrays import Complexes
 from autobalancer.assembly.terms import Theory
 from autobalancer.catalog.resolve import resolve
 from autobalancer.errors import QuestionError
@@ -20,7 +21,7 @@ from autobalancer.results.answers.forms import verdict_ranges
 from autobalancer.results.labels import labeled
 from autobalancer.stability.border import attributes
 from autobalancer.stability.host.reduction import reduced
-from autobalancer.stability.host.stations import Complexes, Stations, station_form
+from autobalancer.stability.host.stations import Stations, station_form
 from autobalancer.stability.states.linearized import exponents_of, growth, in_mean, modes, motion_name, verdict
 from autobalancer.stability.states.rest_states import (
     StationState,

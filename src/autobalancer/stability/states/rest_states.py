@@ -27,6 +27,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Complexes, Floats, Matrix
 from autobalancer.assembly.drive_train import largest_unbalance
 from autobalancer.assembly.guided_balls import has_forces
 from autobalancer.assembly.rotors import least_moments
@@ -36,18 +37,7 @@ from autobalancer.progress import check_deadline
 from autobalancer.random_numbers import generator
 from autobalancer.results.display_units import moment_text
 from autobalancer.stability.host.reduction import reduced
-from autobalancer.stability.host.stations import (
-    Complexes,
-    Floats,
-    Matrix,
-    Plane,
-    Stations,
-    in_plane,
-    is_planar,
-    plane,
-    stations,
-    vector_of,
-)
+from autobalancer.stability.host.stations import Plane, Stations, in_plane, is_planar, plane, stations, vector_of
 from autobalancer.stability.host.vector_field import Field
 from autobalancer.stability.states.ball_positions import PATTERNS, close_polygon
 

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.assembly.places import off_center, places_of
 from autobalancer.assembly.quantities import in_author_units, with_author_springs, with_value_at
 from autobalancer.assembly.system import assemble
@@ -511,7 +512,6 @@ def stalled(studied: Studied) -> NDArray[np.bool_]:
 # budget goes to candidates that nobody looked at, those nearest to the best ones first.
 
 
-Floats = NDArray[np.float64]
 Judge = Callable[[Candidate], Design]
 Run = Callable[[Sequence[Design]], None]
 FAR = 30.0  # logarithm of an objective that a candidate does not reach

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import parse_machine
 from autobalancer.random_numbers import wilson_interval
@@ -351,7 +352,6 @@ def _description(designs: xr.Dataset, dataset: xr.Dataset, machine: Any) -> str:
 # Numbers of a design from its runs, and whether it keeps the limits: shares with their 95 % intervals (Wilson 1927).
 
 
-Floats = NDArray[np.float64]
 KEPT, UNDECIDED, MISSED = 1, 0, -1
 
 

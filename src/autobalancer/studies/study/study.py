@@ -16,8 +16,8 @@ from typing import Any, cast
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from autobalancer.arrays import Floats
 from autobalancer.assembly.drive_train import corners
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.errors import AutobalancerError, QuestionError, unwarned
@@ -579,7 +579,6 @@ def _envelope(machine: Machine, seed: int, duration: float, tolerance: float, bi
 # Which scatter drives the scatter of a result: Sobol' indices of a plan made for them, rank correlations of any other.
 
 
-Floats = NDArray[np.float64]
 RESAMPLED = 500  # bootstrap samples of an interval
 FEWEST = 20  # draws
 SPEARMAN = 1.06  # variance of Fisher's z of a rank correlation, times n - 3 (Fieller, Hartley and Pearson 1957)

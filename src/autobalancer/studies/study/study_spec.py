@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pydantic import Field, PlainValidator
 from scipy.special import bdtr, ndtr, ndtri
 
+from autobalancer.arrays import Floats
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.errors import AutobalancerError, Problem, QuestionError, UnitError
 from autobalancer.files.machine_file import machine_text
@@ -46,9 +47,6 @@ from autobalancer.units import list_argument, shortened, to_si
 
 # How a parameter scatters: values from numbers between 0 and 1, so that every plan of samples serves every
 # distribution.
-
-
-Floats = NDArray[np.float64]
 
 
 MIDDLES = ("mean", "median", "mode", "nominal")
