@@ -156,7 +156,7 @@ MOST = 4  # paths in one message
 def did_you_mean(machine: Part, path: str) -> str:
     """The end of a message: ``"; did you mean 'drive.profile.speed'?"``; empty where nothing is near."""
     key = path.rpartition(".")[2].partition("[")[0]
-    paths = list(_paths(machine, ""))
+    paths = list(parameter_paths(machine))
     keys = {place.rpartition(".")[2].partition("[")[0] for place in paths}
     inside = sorted(other for other in keys if len(key) > 2 and (f"_{key}" in other or f"{key}_" in other))
     near = [key] if key in keys else [*inside, *get_close_matches(key, keys - set(inside), n=2, cutoff=0.8)]
@@ -167,18 +167,18 @@ def did_you_mean(machine: Part, path: str) -> str:
     return f"; did you mean {' or '.join(map(repr, suggestions[:MOST]))}{more}?"
 
 
-def _paths(owner: Any, start: str) -> Iterator[str]:
+def parameter_paths(owner: Any, start: str = "") -> Iterator[str]:
     """Paths of all entries, entries counted from 1; of lists of numbers the whole list."""
     if isinstance(owner, Part):
         for key in type(owner).model_fields:
             path = f"{start}.{key}" if start else key
             yield path
-            yield from _paths(getattr(owner, key), path)
+            yield from parameter_paths(getattr(owner, key), path)
     elif isinstance(owner, tuple):
         for number, entry in enumerate(owner, start=1):
             if isinstance(entry, Part):
                 yield f"{start}[{number}]"
-                yield from _paths(entry, f"{start}[{number}]")
+                yield from parameter_paths(entry, f"{start}[{number}]")
 
 
 # Plain names of quantities, such as ``viscosity``, and what an axis calls a parameter: text, unit and symbol of its

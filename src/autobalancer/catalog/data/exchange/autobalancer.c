@@ -1,0 +1,327 @@
+/* What is declared in autobalancer.h, around the compiled kernels; the numbers of the machine are in machine_data.h. */
+
+#include "autobalancer.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "machine_data.h"
+
+#define CHUNK 20000
+#define AHEAD 16
+
+struct ab_machine {
+    int64_t *words; /* the block of the machine, on a cache line */
+    void *memory;   /* as it was allocated */
+    double parameters[AB_PARAMETER_COUNT + 1];
+    double input;
+    int has_input; /* a new one was given: the next step leads to it */
+    /* What is shown, of which the integration may be ahead: its steps do not depend on where somebody looks. */
+    double time, state[AB_STATE_COUNT];
+    double ahead_times[AHEAD], ahead[AHEAD * AB_STATE_COUNT]; /* states where somebody will look if he goes on as now */
+    int64_t count;
+};
+
+/* Kernels: int32_t name(result *, void **, arguments); a function as an argument is three words. */
+typedef int32_t ab_rates_function(void *, void **, double, const double *, double *, void *);
+typedef int32_t ab_switch_function(double *, void **, int64_t, double, void *, void *, void *, void *, void *);
+extern ab_rates_function ab_kernel_rates;
+extern ab_switch_function ab_kernel_switch;
+extern int32_t ab_kernel_advance(int64_t *, void **, void *, void *, void *, void *, void *, void *, void *, void *, void *,
+                                 void *, int64_t);
+extern int32_t ab_kernel_observe(void *, void **, void *, void *, void *, void *, int64_t, int64_t, double *, int64_t, int64_t,
+                                 int64_t, int64_t, int64_t, int64_t, int64_t, void *);
+
+enum { RUNNING, FINISHED };
+enum { TIME, STEP, END, LONGEST, ERROR, TAKEN };                    /* of the clock */
+enum { ACCEPTED, REJECTED, EVALUATIONS, NEXT_SAMPLE, FRESH = 7 }; /* of the counts */
+
+static double *floats(const ab_machine *m, size_t word) { return (double *)(m->words + word); }
+static void *at(const ab_machine *m, size_t word) { return m->words + word; }
+
+static void move_addresses(int64_t *words, int64_t by) {
+    for (size_t i = 0; i < sizeof ab_addresses / sizeof *ab_addresses; i++) words[ab_addresses[i]] += by;
+}
+
+static const struct { ab_variable *list; int count; } lists[] = {
+    {(ab_variable *)ab_states, AB_STATE_COUNT},
+    {(ab_variable *)ab_output_list, AB_OUTPUT_COUNT},
+    {(ab_variable *)ab_parameter_list, AB_PARAMETER_COUNT},
+};
+
+int ab_count(int list) { return list < 0 || list > AB_PARAMETERS ? 0 : lists[list].count; }
+const ab_variable *ab_list(int list) { return list < 0 || list > AB_PARAMETERS ? NULL : lists[list].list; }
+const char *ab_version(void) { return AB_VERSION; }
+const char *ab_input_kind(void) { return AB_INPUT; }
+
+/* Terms of the parameters: w = w0 + sum of A (product of f(v / v0) - 1). */
+static void apply_parameters(ab_machine *m, int state_too) {
+    for (size_t i = 0; i < AB_WORD_COUNT; i++) {
+        const ab_changed_word *w = ab_changed_words + i;
+        int start = w->word >= AB_STATE && w->word < AB_STATE + AB_STATE_COUNT;
+        if (start && !state_too) continue;
+        double value, change = 0.0;
+        memcpy(&value, ab_words + w->word, sizeof value);
+        for (int t = w->first; t < w->last; t++) {
+            double product = 1.0;
+            for (int f = ab_terms[t].first; f < ab_terms[t].last; f++) {
+                const ab_factor *factor = ab_factors + f;
+                double x = m->parameters[factor->parameter] / ab_parameter_list[factor->parameter].start - 1.0, sum = 0.0;
+                for (int k = factor->last - 1; k >= factor->first; k--) sum = (sum + ab_coefficients[k]) * x;
+                product *= 1.0 + sum;
+            }
+            change += ab_terms[t].amplitude * (product - 1.0);
+        }
+        *floats(m, w->word) = change == 0.0 ? value : value + change;
+    }
+}
+
+static void link_functions(ab_machine *m) {
+    for (size_t i = 0; i < sizeof ab_functions / sizeof *ab_functions; i++)
+        if (ab_functions[i].word) m->words[ab_functions[i].word] = (int64_t)(intptr_t)ab_functions[i].function;
+}
+
+/* The state that the integration has reached is the one that is shown. */
+static void show(ab_machine *m) {
+    m->time = floats(m, AB_CLOCK)[TIME];
+    memcpy(m->state, at(m, AB_STATE), sizeof m->state);
+    m->count = 0;
+}
+
+/* The integration goes on from what is shown, with whatever is changed now. */
+static void settle(ab_machine *m) {
+    if (m->time < floats(m, AB_CLOCK)[TIME]) {
+        floats(m, AB_CLOCK)[TIME] = m->time;
+        memcpy(at(m, AB_STATE), m->state, sizeof m->state);
+        m->count = 0;
+    }
+    m->words[AB_COUNTS + FRESH] = 0;
+}
+
+static void start(ab_machine *m) {
+    memcpy(m->words, ab_words, sizeof ab_words);
+    move_addresses(m->words, (int64_t)(intptr_t)m->words);
+    apply_parameters(m, 1);
+    link_functions(m);
+    m->has_input = 0;
+    show(m);
+}
+
+ab_machine *ab_create(void) {
+#if defined(__x86_64__) && (defined(__GNUC__) || defined(__clang__))
+    __builtin_cpu_init();
+    if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) return NULL;
+#endif
+    ab_machine *m = calloc(1, sizeof *m);
+    if (m == NULL || (m->memory = malloc(sizeof ab_words + 64)) == NULL) {
+        free(m);
+        return NULL;
+    }
+    m->words = (int64_t *)(((uintptr_t)m->memory + 63) & ~(uintptr_t)63);
+    for (int i = 0; i < AB_PARAMETER_COUNT; i++) m->parameters[i] = ab_parameter_list[i].start;
+    start(m);
+    return m;
+}
+
+void ab_free(ab_machine *m) {
+    if (m != NULL) free(m->memory);
+    free(m);
+}
+
+void ab_reset(ab_machine *m) { start(m); }
+
+double ab_parameter(const ab_machine *m, int number) {
+    return number < 0 || number >= AB_PARAMETER_COUNT ? NAN : m->parameters[number];
+}
+
+int ab_set_parameter(ab_machine *m, int number, double value) {
+    if (number < 0 || number >= AB_PARAMETER_COUNT) return AB_WRONG;
+    const ab_variable *its = ab_parameter_list + number;
+    if (!(value >= its->least && value <= its->greatest)) return AB_WRONG;
+    m->parameters[number] = value;
+    settle(m);
+    apply_parameters(m, m->time == 0.0);
+    show(m);
+    return AB_OK;
+}
+
+int ab_set_input(ab_machine *m, double value) {
+    if (AB_INPUT[0] == 0 || !isfinite(value)) return AB_WRONG;
+    m->has_input = m->has_input || value != m->input;
+    m->input = value;
+    return AB_OK;
+}
+
+double ab_time(const ab_machine *m) { return m->time; }
+int64_t ab_steps_taken(const ab_machine *m) { return m->words[AB_COUNTS + ACCEPTED]; }
+
+void ab_state(const ab_machine *m, double *state) { memcpy(state, m->state, sizeof m->state); }
+
+int ab_set_state(ab_machine *m, double time, const double *state) {
+    for (int i = 0; i < AB_STATE_COUNT; i++)
+        if (!isfinite(state[i])) return AB_WRONG;
+    if (!isfinite(time)) return AB_WRONG;
+    memcpy(at(m, AB_STATE), state, sizeof m->state);
+    if (time < floats(m, AB_CLOCK)[TIME]) m->words[AB_SEGMENT_NOW] = 0; /* the drive begins anew, and is found again */
+    floats(m, AB_CLOCK)[TIME] = time;
+    m->words[AB_COUNTS + FRESH] = 0;
+    show(m);
+    return AB_OK;
+}
+
+static void enter_segment(ab_machine *m, double time) {
+    while (m->words[AB_SEGMENT_NOW] + 1 < AB_SEGMENT_COUNT &&
+           *floats(m, AB_SEGMENTS + (m->words[AB_SEGMENT_NOW] + 1) * AB_SEGMENT_WORDS) <= time)
+        m->words[AB_SEGMENT_NOW]++;
+}
+
+int ab_derivatives(ab_machine *m, double time, const double *state, double *rates) {
+    void *wrong = NULL, *nothing;
+    double *work = floats(m, AB_TRIAL), *first = floats(m, AB_STAGES), kept[AB_STATE_COUNT]; /* whole lanes are read */
+    memcpy(work, state, sizeof kept);
+    memcpy(kept, first, sizeof kept); /* the rates where the next step begins */
+    enter_segment(m, time);
+    ab_kernel_rates(&nothing, &wrong, time, work, first, at(m, AB_SYSTEM));
+    memcpy(rates, first, sizeof kept);
+    memcpy(first, kept, sizeof kept);
+    return wrong != NULL ? AB_NOT_FINITE : AB_OK;
+}
+
+void ab_set_tolerance(ab_machine *m, double tolerance) {
+    double factor = tolerance / AB_TOLERANCE;
+    for (int i = 0; i < AB_STATE_COUNT; i++) {
+        double first[2];
+        memcpy(first, ab_words + AB_ABSOLUTE + i, sizeof(double));
+        memcpy(first + 1, ab_words + AB_RELATIVE + i, sizeof(double));
+        floats(m, AB_ABSOLUTE)[i] = factor * first[0];
+        floats(m, AB_RELATIVE)[i] = factor * first[1];
+    }
+}
+
+/* Up to so many steps towards a time, by the explicit pair of the package; states at ascending times go into rows. */
+static int advance(ab_machine *m, double end, int64_t steps, const double *times, int64_t count, double *states) {
+    void *rates = (void *)ab_kernel_rates, *toggle = (void *)ab_kernel_switch, *wrong = NULL;
+    int64_t status = RUNNING, *kept_times = m->words + AB_SAMPLE_TIMES, *kept = m->words + AB_SAMPLES;
+    kept_times[2] = kept_times[5] = kept[5] = count;
+    kept[2] = count * AB_STATE_COUNT;
+    kept_times[4] = (int64_t)(intptr_t)times, kept[4] = (int64_t)(intptr_t)states;
+    m->words[AB_COUNTS + NEXT_SAMPLE] = 0;
+    floats(m, AB_CLOCK)[END] = end;
+    do {
+        ab_kernel_advance(&status, &wrong, rates, rates, rates, toggle, toggle, toggle, at(m, AB_SYSTEM), at(m, AB_PAIR),
+                          at(m, AB_RECORD), at(m, AB_MEMORY), steps);
+    } while (status == RUNNING && wrong == NULL && steps == CHUNK);
+    kept_times[2] = kept_times[5] = kept[2] = kept[5] = 0;
+    kept_times[4] = kept[4] = (int64_t)(intptr_t)m->words;
+    if (wrong != NULL) return AB_NOT_FINITE;
+    return status == RUNNING || status == FINISHED ? AB_OK : (int)status;
+}
+
+static void follow_input(ab_machine *m, double end) {
+    double *segment = floats(m, AB_SEGMENTS);
+    if (AB_INPUT[0] == 's') {
+        segment[0] = m->time;
+        segment[2] = m->state[5];
+        segment[3] = m->has_input && end > m->time ? (m->input - m->state[5]) / (end - m->time) : 0.0;
+        settle(m);
+    } else if (m->has_input) {
+        segment[0] = m->time;
+        segment[2] = m->input;
+        segment[3] = 0.0;
+        settle(m);
+    }
+}
+
+int ab_step(ab_machine *m, double time) {
+    if (!isfinite(time) || time < m->time) return AB_WRONG;
+    double way = time - m->time, *clock = floats(m, AB_CLOCK);
+    if (way == 0.0) return AB_OK;
+    if (AB_INPUT[0] != 0 || AB_SWITCHES) return ab_run(m, time, NULL, 0, NULL);
+    for (int64_t k = 0; k < m->count; k++) /* a step went beyond this time, and it was expected */
+        if (m->ahead_times[k] == time) {
+            m->time = time;
+            memcpy(m->state, m->ahead + k * AB_STATE_COUNT, sizeof m->state);
+            return AB_OK;
+        }
+    if (time < clock[TIME]) { /* not expected: the same step once more */
+        clock[TIME] -= clock[TAKEN], clock[STEP] = clock[TAKEN];
+        memcpy(at(m, AB_STATE), at(m, AB_START), sizeof m->state);
+        m->words[AB_COUNTS + FRESH] = 0;
+    }
+    int status = AB_OK;
+    double end = time > AB_DURATION ? INFINITY : AB_DURATION;
+    m->count = 0;
+    while (status == AB_OK && m->count == 0) {
+        for (int k = 0; k < AHEAD; k++) m->ahead_times[k] = k == 0 ? time : time + k * way;
+        status = advance(m, end, 1, m->ahead_times, AHEAD, m->ahead);
+        m->count = m->words[AB_COUNTS + NEXT_SAMPLE];
+    }
+    if (status != AB_OK) {
+        show(m);
+        return status;
+    }
+    m->time = time;
+    memcpy(m->state, m->ahead, sizeof m->state);
+    return AB_OK;
+}
+
+int ab_run(ab_machine *m, double end, const double *times, size_t count, double *states) {
+    if (!isfinite(end) || end < m->time) return AB_WRONG;
+    if (m->time < floats(m, AB_CLOCK)[TIME]) settle(m);
+    if (AB_INPUT[0] != 0) follow_input(m, end);
+    if (count > 0 && times[0] == m->time) { /* that is known */
+        ab_state(m, states);
+        times++, count--, states += AB_STATE_COUNT;
+    }
+    int status = advance(m, end, CHUNK, times, (int64_t)count, states);
+    show(m);
+    return status;
+}
+
+void ab_outputs(ab_machine *m, double *outputs) {
+    void *wrong = NULL, *nothing;
+    double *ring = floats(m, AB_RING);
+    double shown[AB_STATE_COUNT]; /* differences and lengths are made of words of the block, where the state is that shown */
+    memcpy(shown, at(m, AB_STATE), sizeof shown);
+    memcpy(at(m, AB_STATE), m->state, sizeof shown);
+    ring[0] = m->time;
+    memcpy(ring + 1, m->state, sizeof shown);
+    ab_kernel_observe(&nothing, &wrong, at(m, AB_SYSTEM), at(m, AB_INPUTS), NULL, NULL, 1 + AB_STATE_COUNT, 8, ring, 1,
+                      1 + AB_STATE_COUNT, 8 * (1 + AB_STATE_COUNT), 8, 0, 1, 0, at(m, AB_DESK));
+    for (int i = 0; i < AB_OUTPUT_COUNT; i++) {
+        const double *one = floats(m, ab_output_places[i].first), *other = floats(m, ab_output_places[i].second);
+        switch (ab_output_places[i].kind) {
+            case AB_LENGTH: outputs[i] = hypot(*one, *other); break;
+            case AB_LESS: outputs[i] = *one - *other; break;
+            default: outputs[i] = *one;
+        }
+    }
+    memcpy(at(m, AB_STATE), shown, sizeof shown);
+}
+
+/* Saved are the block with addresses from its begin, and what stands beside it. */
+size_t ab_saved_size(void) { return sizeof(int64_t) + sizeof ab_words + sizeof(ab_machine); }
+
+void ab_save(const ab_machine *m, void *bytes) {
+    char *place = bytes;
+    int64_t identity = AB_IDENTITY;
+    memcpy(place, &identity, sizeof identity);
+    memcpy(place + sizeof identity, m->words, sizeof ab_words);
+    move_addresses((int64_t *)(place + sizeof identity), -(int64_t)(intptr_t)m->words);
+    memcpy(place + sizeof identity + sizeof ab_words, m, sizeof *m);
+}
+
+int ab_restore(ab_machine *m, const void *bytes) {
+    const char *place = bytes;
+    int64_t identity, *words = m->words;
+    void *memory = m->memory;
+    memcpy(&identity, place, sizeof identity);
+    if (identity != AB_IDENTITY) return AB_WRONG;
+    memcpy(words, place + sizeof identity, sizeof ab_words);
+    move_addresses(words, (int64_t)(intptr_t)words);
+    memcpy(m, place + sizeof identity + sizeof ab_words, sizeof *m);
+    m->words = words, m->memory = memory;
+    link_functions(m);
+    return AB_OK;
+}

@@ -1,0 +1,700 @@
+"""A machine for other programs: its compiled equations, steps and numbers as a library in C, or as an FMU around it.
+
+The library has no Python in it. Its kernels are those of a run, written out by ``kernels/compiler/object_code.py``; the numbers
+of the machine, with all work space, are one block of memory in which pointers are the only words to be put right
+(:class:`Image`), so that one library serves any number of machines and threads, and a copy of the block is a saved state.
+What a parameter of the machine file changes in these numbers is found by changing it (:func:`parameters_of`).
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import itertools
+import json
+import math
+import re
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import uuid
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from autobalancer.assembly.places import Places, desk_for, gauges_of, places_of
+from autobalancer.assembly.system import MASS_SPREAD, Assembly, assemble
+from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.files.machine_file import balls_in_races
+from autobalancer.fmu import Description, Variable, write_unit
+from autobalancer.kernels.compiler.object_code import function_at, intermediate_code, object_code
+from autobalancer.kernels.integrators.integrator_state import no_switch, switch_type
+from autobalancer.kernels.integrators.recording import Record
+from autobalancer.kernels.integrators.runge_kutta import advance
+from autobalancer.kernels.measures.observables import observe
+from autobalancer.kernels.measures.workspace import MeasureInputs, Workspace
+from autobalancer.kernels.records import LINEAR
+from autobalancer.kernels.system import SPEED, THETA, Floats, rhs_type
+from autobalancer.machine import Machine, PrescribedSpeed
+from autobalancer.machine.path import entry_at, label_of_path, parameter_paths, unit_at, with_entry
+from autobalancer.results.labels import LABELS
+from autobalancer.safe_file import as_path, write_safely
+from autobalancer.simulation import ONE_RUN, run_duration
+from autobalancer.simulation.fluid_lag import fluid_lags
+from autobalancer.simulation.record import SampleTimes, record_for
+from autobalancer.simulation.steppers import Stepper, stepper_for
+from autobalancer.units import shortened
+
+WORD, LINE = 8, 64  # bytes of a word, and to whose multiples arrays begin
+ARRAY = 5  # words of an array before its shape: owner, parent, count, bytes of one, address
+
+
+class Image:
+    """Named tuples as one block of memory: words, and which of them are addresses, counted from its begin in bytes."""
+
+    def __init__(self, **parts: Any) -> None:
+        self.starts: dict[str, int] = {}  # of each tuple, number or array: the word where it stands
+        self.data: dict[str, int] = {}  # of each array: the word where its numbers begin
+        self.addresses: list[int] = []
+        self.floats: set[int] = set()
+        self._words: list[int] = []
+        self._arrays: list[tuple[str, int, np.ndarray]] = []
+        for name, part in parts.items():
+            self._add(name, part)
+        known: dict[tuple[int, int], int] = {}  # two memories may share an array
+        for name, at, array in self._arrays:
+            place = (array.__array_interface__["data"][0], array.nbytes)
+            if array.nbytes == 0 or place not in known:
+                self._words += [0] * (-len(self._words) % (LINE // WORD))
+                known[place] = len(self._words)
+                self._copy(array)
+            self._words[at], self.data[name] = known[place] * WORD, known[place]
+        self.words = np.array(self._words, np.int64)
+
+    def _add(self, name: str, value: Any) -> None:
+        self.starts[name] = len(self._words)
+        if isinstance(value, tuple):
+            names = getattr(value, "_fields", range(len(value)))
+            for field, part in zip(names, value, strict=True):
+                self._add(f"{name}.{field}", part)
+        elif isinstance(value, np.ndarray):
+            kept = np.ascontiguousarray(value)
+            self.addresses.append(len(self._words) + ARRAY - 1)
+            self._arrays.append((name, self.addresses[-1], kept))
+            self._words += [0, 0, kept.size, kept.itemsize, 0, *kept.shape, *kept.strides]
+        elif isinstance(value, float):
+            self.floats.add(len(self._words))
+            self._words.append(struct.unpack("q", struct.pack("d", value))[0])
+        else:
+            self._words.append(int(value))
+
+    def _copy(self, array: np.ndarray) -> None:
+        """Its numbers as words, and which of them are floats."""
+        begin, rows = len(self._words), array.reshape(-1)
+        self._words += np.frombuffer(rows.tobytes().ljust(-(-rows.nbytes // WORD) * WORD, b"\0"), np.int64).tolist()
+        if array.dtype.names is None:
+            if array.dtype.kind in "fc":
+                self.floats.update(range(begin, len(self._words)))
+            return
+        each = array.itemsize // WORD
+        for name in array.dtype.names:
+            kind, first = array.dtype[name], array.dtype.fields[name][1] // WORD
+            if kind.base.kind == "f":
+                places = range(first, first + kind.itemsize // WORD)
+                self.floats.update(begin + row * each + place for row in range(rows.size) for place in places)
+
+    @property
+    def values(self) -> Floats:
+        """All words as if they were floats."""
+        return self.words.view(np.float64)
+
+
+# What a parameter changes in the numbers of a machine.
+#
+# A word of the block is  w = w0 + sum over groups of A (product of f_p(v / v0) - 1),  with one group for parameters that multiply
+# each other, as mass and radius do in m r^2, and f_p(1) = 1. The f_p are polynomials through changed machines: of a low degree they
+# hold for any value, of a higher one within RANGE, as of 1 / m. Parameters of which that is not true, or which change the kind of
+# the equations, are fixed.
+
+
+RANGE = (0.8, 1.25)  # of the value in the machine file
+LOW, HIGHEST = 3, 12  # degrees
+NODES = 14
+EXACT = 1e-11  # relative to the word
+TOGETHER = 1e-8  # the same where all parameters have changed at once
+_MIDDLE, _HALF = 0.5 * (RANGE[0] + RANGE[1]), 0.5 * (RANGE[1] - RANGE[0])
+FACTORS = tuple((_MIDDLE + _HALF * np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)).tolist())
+# tolerances are those of the machine as it was written; measures of a whole run are not in the library
+_NOT_IN_STEPS = (
+    "whirls", "mass", "gyroscopic", "model_speeds", "model_damping", "model_stiffness", "held_stiffness", "held_damping", "held_loads",
+    "capability", "meetings", "rebounds",
+)  # fmt: skip
+RANGE_SCALE = 0.25
+UNDECIDED = ("memory.absolute", "memory.relative", *(f"inputs.{name}" for name in _NOT_IN_STEPS))
+
+
+class Term(NamedTuple):
+    """What parameters do to a word: amplitude, and for each its number and the coefficients of f_p in v / v0 - 1."""
+
+    word: int
+    amplitude: float
+    factors: tuple[tuple[int, tuple[float, ...]], ...]
+
+
+def _length(image: Image, name: str) -> int:
+    """Words of an array."""
+    count, size = image.words[image.starts[name] + 2 : image.starts[name] + 4]
+    return int(count * size) // WORD
+
+
+class Known(NamedTuple):
+    """Parameters, what they change, and the paths of the numbers that are fixed."""
+
+    parameters: tuple[Variable, ...]
+    terms: tuple[Term, ...]
+    fixed: tuple[str, ...]
+
+
+def parameters_of(machine: Machine, image_of: Callable[[Machine], Image]) -> Known:
+    """Which numbers of a machine may be changed in its block, which ``image_of`` makes."""
+    base = image_of(machine)
+    ignored = {word for name in UNDECIDED for word in range(base.data[name], base.data[name] + _length(base, name))}
+
+    def changed(values: dict[str, float]) -> dict[int, float] | None:
+        """Words with their changes where these numbers have other values; None if that is another kind of machine."""
+        try:
+            other = machine
+            for path, value in values.items():
+                other = with_entry(other, path, value)
+            block = image_of(other)
+        except AutobalancerError:
+            return None
+        if block.words.size != base.words.size or block.addresses != base.addresses:
+            return None
+        words = np.flatnonzero(block.words != base.words).tolist()
+        if any(word not in base.floats and word not in ignored for word in words):
+            return None
+        return {word: float(block.values[word] - base.values[word]) for word in words if word not in ignored}
+
+    # each by itself
+    found: list[tuple[Variable, dict[int, tuple[float, ...]]]] = []
+    fixed: list[str] = []
+    for path in parameter_paths(machine):
+        value = entry_at(machine, path)
+        if not isinstance(value, float) or value == 0.0 or not math.isfinite(value):
+            continue
+        moved = [changed({path: value * factor}) for factor in FACTORS]
+        kept = [m for m in moved if m is not None]
+        words = sorted(set().union(*kept))
+        if len(kept) < len(moved):
+            fixed.append(path)
+            continue
+        if not words:
+            continue  # of the run or of a remark, not of the equations
+        shapes = {word: _polynomial([m.get(word, 0.0) for m in kept], base.values[word]) for word in words}
+        if any(shape is None for shape in shapes.values()):
+            fixed.append(path)
+            continue
+        kept_shapes = {word: shape for word, shape in shapes.items() if shape is not None}
+        about = Variable(path, unit_at(path), label_of_path(path), value)
+        if max(map(len, kept_shapes.values())) > LOW:
+            least, greatest = sorted(factor * value for factor in RANGE)
+            about = about._replace(least=least, greatest=greatest)
+        found.append((about, kept_shapes))
+    # together: those that do not keep to it are fixed, the last first
+    while True:
+        terms = _terms(found, changed)
+        wrong = _wrong(found, terms, base, changed)
+        if wrong is None:
+            return Known(tuple(about for about, _ in found), terms, tuple(fixed))
+        fixed.append(found.pop(wrong)[0].name)
+
+
+def _polynomial(changes: Sequence[float], value: float) -> tuple[float, ...] | None:
+    """Coefficients of (v / v0 - 1), its square, ... of the lowest degree that gives these changes; None if none does."""
+    x = (np.array(FACTORS) - 1.0) / RANGE_SCALE
+    y = np.array(changes)
+    if not np.isfinite(y).all():
+        return None
+    for degree in range(1, HIGHEST + 1):
+        powers = x[:, None] ** np.arange(1, degree + 1)
+        coefficients = np.linalg.lstsq(powers, y, rcond=None)[0]
+        if np.abs(powers @ coefficients - y).max() <= EXACT * max(abs(value), float(np.abs(y).max())):
+            return tuple((coefficients / RANGE_SCALE ** np.arange(1, degree + 1)).tolist())
+    return None
+
+
+def _terms(found: list[tuple[Variable, dict[int, tuple[float, ...]]]], changed: Any) -> tuple[Term, ...]:
+    """All terms: parameters of a word are in one group where both at once change it by more than each alone."""
+    groups: dict[int, list[tuple[float, list[int]]]] = {}  # amplitude, parameters
+    step = FACTORS[0] - 1.0
+    users: dict[int, list[int]] = {}
+    for number, (_, shapes) in enumerate(found):
+        for word in shapes:
+            users.setdefault(word, []).append(number)
+    pairs = {pair for numbers in users.values() for pair in itertools.combinations(numbers, 2)}
+    mixed = {
+        pair: changed({found[one][0].name: found[one][0].start * FACTORS[0] for one in pair}) or {} for pair in pairs
+    }
+
+    def alone(number: int, word: int) -> float:
+        return float(sum(c * step ** (k + 1) for k, c in enumerate(found[number][1][word])))
+
+    for word, numbers in users.items():
+        rest = list(numbers)
+        groups[word] = []
+        while rest:
+            group, amplitude = [rest.pop(0)], 0.0
+            for other in list(rest):
+                one, two = alone(group[0], word), alone(other, word)
+                more = mixed[group[0], other].get(word, 0.0) - one - two
+                if abs(more) > 1e-9 * max(abs(one), abs(two)) and abs(more) > 0.0:
+                    amplitude = one * two / more
+                    group.append(other)
+                    rest.remove(other)
+            groups[word].append((amplitude or 1.0, group))
+    return tuple(
+        Term(word, amplitude, tuple((n, tuple(c / amplitude for c in found[n][1][word])) for n in group))
+        for word, each in groups.items()
+        for amplitude, group in each
+    )
+
+
+def _wrong(
+    found: list[tuple[Variable, dict[int, tuple[float, ...]]]], terms: Sequence[Term], base: Image, changed: Any
+) -> int | None:
+    """The number of a parameter to leave out, if other values of all at once are not what the terms say."""
+    draw = np.random.default_rng(0)
+    for _ in range(3):
+        factors = 1.0 + draw.uniform(-0.05, 0.05, len(found))
+        truth = changed({about.name: about.start * f for (about, _), f in zip(found, factors, strict=True)})
+        if truth is None:
+            return len(found) - 1
+        said: dict[int, float] = {}
+        for term in terms:
+            said[term.word] = said.get(term.word, 0.0) + change_by(term, factors)
+        for word in set(truth) | set(said):
+            miss = abs(truth.get(word, 0.0) - said.get(word, 0.0))
+            if miss > TOGETHER * max(abs(base.values[word]), abs(truth.get(word, 0.0))):
+                return max(n for n, (_, shapes) in enumerate(found) if word in shapes)
+    return None
+
+
+def change_by(term: Term, factors: Sequence[float] | Floats) -> float:
+    """By how much a term changes its word where each parameter is its value times a factor."""
+    product = 1.0
+    for number, coefficients in term.factors:
+        x = float(factors[number]) - 1.0
+        product *= 1.0 + sum(c * x ** (k + 1) for k, c in enumerate(coefficients))
+    return term.amplitude * (product - 1.0)
+
+
+# The block of a machine that is ready to run.
+
+
+VERSION = "0.2.0"
+LEAST_ADDRESS = 4096
+LAW = "ab_law_"
+SOURCES = Path(__file__).parent / "catalog" / "data" / "exchange"
+
+
+class _Options(NamedTuple):
+    """How a machine is exported."""
+
+    drive: str  # speed or torque, given from outside; empty: that of the machine
+    seed: int
+    tolerance: float
+    duration: float  # s
+
+
+class Prepared(NamedTuple):
+    """A machine in numbers, with all that a run of it needs."""
+
+    assembly: Assembly
+    places: Places
+    stepper: Stepper
+    record: Record
+    inputs: MeasureInputs
+    desk: Workspace
+
+    def image(self) -> Image:
+        """As one block of memory."""
+        return Image(
+            system=self.assembly.system, pair=self.stepper.pair, record=self.record, memory=self.stepper.memory,
+            inputs=self.inputs, desk=self.desk, ring=np.zeros((1, 1 + self.assembly.state.size)),
+        )  # fmt: skip
+
+
+def _prepared(machine: Machine, options: _Options) -> Prepared:
+    lags = fluid_lags(
+        machine, run_duration(machine, options.duration), seed=options.seed, max_steps=ONE_RUN["max_steps"]
+    ).lags
+    assembly = assemble(machine, seed=options.seed, lags=lags, mass_spread=MASS_SPREAD)
+    system = assembly.system
+    if options.drive:
+        segments = system.drive.segments[:1].copy()
+        segments.value = assembly.state[SPEED] if options.drive == "speed" else 0.0
+        segments.kind, segments.rate = LINEAR, 0.0
+        system = system._replace(drive=system.drive._replace(segments=segments))
+    assembly = replace(assembly, system=system)
+    stepper = stepper_for(assembly, math.inf, options.tolerance, "dormand_prince_8")
+    places = places_of(machine, assembly)
+    inputs = gauges_of(assembly, places, centered=True)
+    record = record_for([SampleTimes((0.0,))], (), assembly, 1.0)
+    return Prepared(assembly, places, stepper, record, inputs, desk_for(inputs, 1))
+
+
+class Output(NamedTuple):
+    """Where a number of a run stands in the block: one word, the length of two, or their difference."""
+
+    about: Variable
+    first: int
+    second: int = 0
+    kind: str = "AB_NUMBER"
+
+
+def _labeled(name: str, of: str = "", start: float = 0.0) -> Variable:
+    its = LABELS[name]
+    return Variable(f"{name}[{of}]" if of else name, its.units, its.long_name, start)
+
+
+def _states(assembly: Assembly) -> list[Variable]:
+    """Names of the state, in its order."""
+    axes = "in axes that turn with the rotor" if assembly.system.rotating else "in space"
+    n, start = assembly.system.ball_count, assembly.state
+    names = [("x", "m", "deflection"), ("y", "m", "deflection"), ("vx", "m/s", "velocity"), ("vy", "m/s", "velocity")]
+    about = [Variable(f"state.{name}", unit, f"{word} along {name[-1]}, {axes}") for name, unit, word in names]
+    about += [_labeled("rotor_angle"), _labeled("speed")]
+    about += [_labeled(name, str(i + 1)) for name in ("ball_angle_in_rotor", "ball_speed_in_rotor") for i in range(n)]
+    further = range(len(about), start.size)
+    about += [Variable(f"state[{k + 1}]", "1", "further coordinate, rate or state of a part") for k in further]
+    return [each._replace(name=f"state.{each.name.removeprefix('state.')}", start=float(v))
+            for each, v in zip(about, start, strict=True)]  # fmt: skip
+
+
+def _outputs(ready: Prepared, image: Image) -> list[Output]:
+    """All that a run says at one instant."""
+    state, seen = image.data["memory.state"], "desk.seen"
+    found = [Output(_labeled("speed"), state + SPEED), Output(_labeled("rotor_angle"), state + THETA)]
+
+    def pairs(array: str, name: str, of: Sequence[str]) -> Iterator[Output]:
+        first = image.data[f"{seen}.{array}"]
+        for number, which in enumerate(of):
+            for axis, part in (("x", 0), ("y", 1)):
+                yield Output(_labeled(f"{name}{axis}", which), first + 2 * number + part)
+
+    first = image.data[f"{seen}.z"] + 2 * _reference(ready.places)
+    found += [Output(_labeled("x"), first), Output(_labeled("y"), first + 1)]
+    found.append(Output(_labeled("deflection"), first, first + 1, "AB_LENGTH"))
+    found += pairs("z", "turn_place_", ready.places.names)
+    found += pairs("v", "turn_place_v", ready.places.names)
+    found += pairs("force", "support_force_", ready.places.supports)
+    for i in range(ready.assembly.system.ball_count):
+        angle = image.data[f"{seen}.angles"] + i
+        found.append(Output(_labeled("ball_angle_in_rotor", str(i + 1)), angle, state + THETA, "AB_LESS"))
+    left, whole = image.data[f"{seen}.left"], image.data[f"{seen}.unbalance"]
+    found += [Output(_labeled(f"turn_residual_{axis}"), left + part) for part, axis in enumerate("xy")]
+    found.append(Output(_labeled("residual_unbalance"), left, left + 1, "AB_LENGTH"))
+    found.append(Output(_labeled("unbalance"), whole, whole + 1, "AB_LENGTH"))
+    plain = [each.about.name.replace("turn_", "") for each in found]
+    return [
+        each._replace(about=each.about._replace(name=name, meaning=each.about.meaning.replace(" in the last revolutions", "")
+                                                .replace(", last revolutions", "")))
+        for each, name in zip(found, plain, strict=True)
+    ]  # fmt: skip
+
+
+def _switches(ready: Prepared) -> bool:
+    """Whether the equations switch where only the motion tells: balls that stick or touch rigidly."""
+    return ready.stepper.moving.switch is not no_switch
+
+
+def _reference(places: Places) -> int:
+    return places.kinds.index("reference") if "reference" in places.kinds else 0
+
+
+def _own_functions(image: Image) -> dict[int, Any]:
+    """Laws that are called by their address, by the word where it stands."""
+    found = {word: function_at(int(image.words[word])) for word in np.flatnonzero(image.words > LEAST_ADDRESS).tolist()}
+    return {word: law for word, law in found.items() if law is not None and word not in image.floats}
+
+
+def machine_data(ready: Prepared, image: Image, known: Known, options: _Options, end: float) -> str:
+    """The head file with the numbers of a machine."""
+    laws = _own_functions(image)
+    image.words[list(laws)] = 0
+    data, starts = image.data, image.starts
+    states, outputs = _states(ready.assembly), _outputs(ready, image)
+    segments = ready.assembly.system.drive.segments
+    numbers = {
+        "STATE_COUNT": len(states), "OUTPUT_COUNT": len(outputs), "PARAMETER_COUNT": len(known.parameters),
+        "IDENTITY": zlib.crc32(image.words.tobytes()),
+        "STATE": data["memory.state"], "CLOCK": data["memory.clock"], "COUNTS": data["memory.counts"],
+        "TRIAL": data["memory.trial"], "STAGES": data["memory.stages"], "ABSOLUTE": data["memory.absolute"],
+        "RELATIVE": data["memory.relative"], "SYSTEM": starts["system"], "PAIR": starts["pair"], "RECORD": starts["record"],
+        "MEMORY": starts["memory"], "START": data["memory.start"], "SWITCHES": int(_switches(ready)), "INPUTS": starts["inputs"], "DESK": starts["desk"], "RING": data["ring"],
+        "SAMPLE_TIMES": starts["record.sample_times"], "SAMPLES": starts["record.samples"],
+        "SEGMENTS": data["system.drive.segments"], "SEGMENT_WORDS": segments.itemsize // WORD,
+        "SEGMENT_COUNT": segments.size, "SEGMENT_NOW": data["system.drive.now"],
+    }  # fmt: skip
+    words = sorted({term.word for term in known.terms})
+    by_word = {word: [term for term in known.terms if term.word == word] for word in words}
+    coefficients: list[float] = []
+    factors, terms, changed = [], [], []
+    for word, its in by_word.items():
+        begin = len(terms)
+        for term in its:
+            first = len(factors)
+            for number, c in term.factors:
+                factors.append(f"{{{number}, {len(coefficients)}, {len(coefficients) + len(c)}}}")
+                coefficients += c
+            terms.append(f"{{{term.amplitude!r}, {first}, {len(factors)}}}")
+        changed.append(f"{{{word}, {begin}, {len(terms)}}}")
+    numbers["WORD_COUNT"] = len(changed)
+    return "\n".join(
+        [
+            "/* Written by autobalancer; not to be edited. Addresses among the words count from their begin, in bytes. */",
+            "",
+            f'#define AB_VERSION "{VERSION}"',
+            f'#define AB_INPUT "{options.drive}"',
+            f"#define AB_TOLERANCE {options.tolerance!r}",
+            f"#define AB_DURATION {end!r}",
+            *(f"#define AB_{name} {value}" for name, value in numbers.items()),
+            "",
+            "enum { AB_NUMBER, AB_LENGTH, AB_LESS };",
+            "typedef struct { int parameter, first, last; } ab_factor;",
+            "typedef struct { double amplitude; int first, last; } ab_term;",
+            "typedef struct { int word, first, last; } ab_changed_word;",
+            "typedef struct { int kind, first, second; } ab_place;",
+            "typedef struct { int word; int32_t (*function)(void); } ab_function;",
+            *(f"extern int32_t {LAW}{number}(void);" for number in range(len(laws))),
+            "",
+            _array("ab_variable ab_states", map(_variable, states)),
+            _array("ab_variable ab_output_list", (_variable(each.about) for each in outputs)),
+            _array("ab_place ab_output_places", (f"{{{each.kind}, {each.first}, {each.second}}}" for each in outputs)),
+            _array("ab_variable ab_parameter_list", map(_variable, known.parameters)),
+            _array("double ab_coefficients", map(repr, coefficients)),
+            _array("ab_factor ab_factors", factors),
+            _array("ab_term ab_terms", terms),
+            _array("ab_changed_word ab_changed_words", changed),
+            _array("int ab_addresses", map(str, image.addresses)),
+            _array("ab_function ab_functions", (f"{{{word}, {LAW}{number}}}" for number, word in enumerate(laws))),
+            _array("int64_t ab_words", map(_literal, image.words.tolist())),
+            "",
+        ]
+    )
+
+
+def _variable(about: Variable) -> str:
+    words = ", ".join(json.dumps(text) for text in (about.name, about.unit or "1", about.meaning))
+    return f"{{{words}, {', '.join(map(_number, (about.start, about.least, about.greatest)))}}}"
+
+
+def _number(value: float) -> str:
+    return repr(value) if math.isfinite(value) else "-INFINITY" if value < 0.0 else "INFINITY"
+
+
+def _literal(word: int) -> str:
+    return str(word) if word > -(2**63) else "INT64_MIN"
+
+
+def _array(head: str, entries: Iterable[str]) -> str:
+    """A table in C, of at least one entry; lines of about 120 characters."""
+    lines, line = [], "   "
+    for entry in entries:
+        if len(line) + len(entry) > 118:
+            lines, line = [*lines, line], "   "
+        line += f" {entry},"
+    body = "\n".join([*lines, line]) if lines or line.strip() else "    {0},"
+    return f"static const {head}[] = {{\n{body}\n}};\n"
+
+
+# Files: a folder with the library and its sources, or an FMU.
+
+
+COMMON = ("-O2", "-std=c11", "-fno-strict-aliasing", "-fPIC")
+LIBRARY = {"linux": "lib{name}.so", "windows": "{name}.dll"}
+TARGETS = {
+    "linux": ("x86_64-linux-gnu", ("cc", "gcc", "clang")),
+    "windows": ("x86_64-windows-gnu", ("x86_64-w64-mingw32-gcc",)),
+}
+
+
+class Exported(NamedTuple):
+    """What was written."""
+
+    path: Path
+    systems: tuple[str, ...]  # for which there is a library
+    parameters: tuple[str, ...]  # paths of what can be changed
+    fixed: tuple[str, ...]  # paths of numbers that cannot be
+    outputs: tuple[str, ...]
+    missing: str  # why there is no library for some system, or no Model Exchange; empty if there is all
+
+
+def export(
+    machine: Machine | str | Path,
+    out: str | Path,
+    *,
+    drive: Literal["own", "speed", "torque"] = "own",
+    fmi: Literal["2.0", "3.0"] = "2.0",
+    duration: float | str | None = None,
+    seed: int = 0,
+    tolerance: float = 1e-8,
+) -> Exported:
+    """Write a machine as a library in C, or as an FMU if the name ends with ``.fmu``.
+
+    Parameters
+    ----------
+    machine
+        A machine or the path of a machine file.
+    out
+        A folder, which is made, or a file ``NAME.fmu``.
+    drive
+        Whether the drive is that of the machine, or a speed (rad/s) or torque (N m) comes from outside.
+    fmi
+        Version of an FMU.
+    duration
+        Seconds, or a text such as ``"20 s"``; by default the ``run.duration`` of the machine. Steps are those of a run of
+        this duration, and a lag of the fluid is known so long.
+    seed
+        For the start positions of balls that have none in the machine.
+    tolerance
+        Local error per step, as of ``simulate``.
+
+    Returns
+    -------
+    Exported
+        Path, systems for which there is a library, and paths of the numbers that can be changed.
+
+    Raises
+    ------
+    QuestionError
+        If an argument is not possible, or no compiler of C is there.
+    MachineError
+        If the machine cannot be run.
+    """
+    machine = balls_in_races(machine)
+    end, out = run_duration(machine, duration), as_path(out)
+    for name, value, allowed in (("drive", drive, ("own", "speed", "torque")), ("fmi", fmi, ("2.0", "3.0"))):
+        if value not in allowed:
+            raise QuestionError(f"{name}: given {value!r}; must be {' or '.join(map(repr, allowed))}")
+    options = _Options("" if drive == "own" else drive, seed, tolerance, end)
+    if drive != "own":
+        _refuse_drive(machine, drive)
+    ready = _prepared(machine, options)
+    image = ready.image()
+    known = parameters_of(machine, lambda other: _prepared(other, options).image())
+    laws = _own_functions(image)
+    data = machine_data(ready, image, known, options, end)
+    code = intermediate_code(_kernels(ready, laws))
+    unit = out.suffix == ".fmu"
+    name = re.sub(r"\W+", "_", out.stem).strip("_") or "machine"
+    name = name if name[0].isalpha() else f"m_{name}"
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        for source in ("autobalancer.h", "autobalancer.c", "fmi.c" if unit else "example.c"):
+            shutil.copy(SOURCES / source, folder)
+        token = str(uuid.uuid5(uuid.NAMESPACE_OID, data + fmi))
+        (folder / "machine_data.h").write_text(data + f'#define AB_TOKEN "{token}"\n', "utf-8")
+        (folder / "kernels.ll").write_text(code, "utf-8")
+        built, missing = _built(folder, code, name, unit, fmi)
+        if unit:
+            missing += _no_exchange(ready)
+            about = Description(name, machine.name, token, fmi, end, tolerance, options.drive, not _switches(ready))
+            shown = [each.about for each in _outputs(ready, image)]
+            write_unit(out, folder, about, _states(ready.assembly), shown, known.parameters, built)
+        else:
+            out.mkdir(parents=True, exist_ok=True)
+            for source in folder.iterdir():
+                write_safely(out / source.name, partial(shutil.copyfile, source))
+    outputs = tuple(each.about.name for each in _outputs(ready, image))
+    return Exported(out, tuple(built), tuple(one.name for one in known.parameters), known.fixed, outputs, missing)
+
+
+def _kernels(ready: Prepared, laws: dict[int, Any]) -> dict[str, tuple[Any, Any]]:
+    rates, switch = ready.stepper.moving
+    return {
+        "ab_kernel_advance": (advance, None),
+        "ab_kernel_rates": (rates, rhs_type.signature),
+        "ab_kernel_switch": (switch, switch_type.signature),
+        "ab_kernel_observe": (observe, None),
+        **{f"{LAW}{number}": (law, None) for number, law in enumerate(laws.values())},
+    }
+
+
+def _refuse_drive(machine: Machine, drive: str) -> None:
+    prescribed = isinstance(machine.drive, PrescribedSpeed)
+    if prescribed != (drive == "speed"):
+        other = "torque" if drive == "speed" else "speed"
+        raise QuestionError(
+            f"drive: {drive!r} needs a machine whose drive gives a {drive}; this one gives a {other}: take {other!r}, or change "
+            "the part `drive` of the machine"
+        )
+    lagging = [
+        race for balancer in machine.balancers for race in balancer.races if race.fluid and race.fluid.lag != "none"
+    ]
+    if lagging and drive == "speed":
+        raise QuestionError(
+            "drive: 'speed' from outside, but the fluid of a race lags behind a speed that is not known beforehand: take 'own', "
+            "or leave out `lag` of the fluid"
+        )
+
+
+def _no_exchange(ready: Prepared) -> str:
+    if not _switches(ready):
+        return ""
+    return (
+        " It has Co-Simulation only: its balls stick or touch rigidly, which the steps of the machine must find; without "
+        "`friction`, and with a soft contact, there is Model Exchange too."
+    )
+
+
+def _built(folder: Path, code: str, name: str, unit: bool, fmi: str) -> tuple[dict[str, Path], str]:
+    """Libraries for each system in the folder, and why one is missing."""
+    built, missing = {}, []
+    for system, (target, compilers) in TARGETS.items():
+        compiler = _compiler(target, compilers)
+        if compiler is None:
+            missing.append(system)
+            continue
+        (folder / f"kernels_{system}.o").write_bytes(object_code(code, system))
+        library = folder / LIBRARY[system].format(name=name)
+        own = [*COMMON, f"-DFMI_VERSION={fmi[0]}"] if unit else list(COMMON)
+        own = [option for option in own if system == "linux" or option != "-fPIC"]
+        link = ["-shared", "-fvisibility=hidden", f"kernels_{system}.o", "-o", library.name, "-lm"]
+        _run([*compiler, *own, "fmi.c" if unit else "autobalancer.c", *link], folder)
+        built[system] = library
+    if not built:
+        raise QuestionError(
+            "no compiler of C is there: install one (cc), or pip install 'autobalancer[export]', which brings one for Linux "
+            "and Windows"
+        )
+    if not missing:
+        return built, ""
+    return (
+        built,
+        f"There is no library for {' and '.join(missing)}: pip install 'autobalancer[export]' brings a compiler for it.",
+    )
+
+
+def _compiler(target: str, names: Sequence[str]) -> list[str] | None:
+    """Command of a compiler for a target."""
+    native = "linux" not in target or sys.platform == "linux"
+    found = next((path for one in names if (path := shutil.which(one))), None) if native else None
+    if found:
+        return [found]
+    if importlib.util.find_spec("ziglang"):
+        return [sys.executable, "-m", "ziglang", "cc", "-target", target]
+    return None
+
+
+def _run(command: list[str], folder: Path) -> None:
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise QuestionError(f"the compiler {command[0]} failed: {shortened(done.stderr or done.stdout)}")
