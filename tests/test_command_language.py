@@ -260,6 +260,7 @@ WIDE_AND_SLOW = (
     'chamber reactions deep_chamber.toml --duration "0.05 s" --archive reacted --out pictures',
     "chamber step-size --stiffness-over-mass 1e10",
     "design deep_chamber_design.toml",
+    "export two_plane_rotor.toml --out two_planes.fmu",
     "chamber sensitivity small_design.nc unbalance=0.2 --archive small_parts",
 )
 

@@ -19,6 +19,7 @@ from autobalancer.api import simulate as simulate
 from autobalancer.api import verdict as verdict
 from autobalancer.app.view.widget import widget as widget
 from autobalancer.assembly.quantities import with_parameter as with_parameter
+from autobalancer.exchange import export as export
 from autobalancer.files.examples import example as example
 from autobalancer.files.machine_file import load_machine as load_machine
 from autobalancer.files.machine_file import machine_text as machine_text
@@ -66,6 +67,7 @@ __all__ = [
     "envelopes",
     "errors",
     "example",
+    "export",
     "flow",
     "keys",
     "laws",

@@ -2,7 +2,6 @@
 
 from autobalancer.results.archive import Archive as Archive
 from autobalancer.results.chamber_measures import unbalance_of as unbalance_of
-from autobalancer.results.unconstrained_body import unconstrained_motion as unconstrained_motion
 from autobalancer.simulation.chamber.bounds import bounds as bounds
 from autobalancer.studies.chamber_study import amplitudes as amplitudes
 from autobalancer.studies.chamber_study import archived_run as archived_run
@@ -24,6 +23,5 @@ __all__ = [
     "pick_up_borders",
     "step_size",
     "unbalance_of",
-    "unconstrained_motion",
     "variant",
 ]

@@ -32,6 +32,7 @@ NAMES: dict[str, dict[str, str]] = {
         "verdict": "api",
         "balancer_element": "simulation.balancer_element",
         "run_measures": "api",
+        "export": "exchange",
         "animate": "plots.film_frames",
         "widget": "app.view.widget",
         "Event": "simulation.record",
@@ -134,7 +135,6 @@ NAMES: dict[str, dict[str, str]] = {
         "bounds": "simulation.chamber.bounds",
         "design_sensitivity": "studies.design.chambers",
         "unbalance_of": "results.chamber_measures",
-        "unconstrained_motion": "results.unconstrained_body",
     },
     "measure": {
         "load_receptance": "rotordynamics.receptances",

@@ -308,3 +308,37 @@ def stepped_response(
         outcome="interrupted" if found.attrs["outcome"] == "interrupted" else "",
         stopped=f"the same command goes on from {path}.parts",
     )
+
+
+# ``autobalancer export``: the machine for other programs.
+
+
+@command(out=None, csv=False, topic="Files and results")
+def export(
+    machine: MachineFile,
+    out: Annotated[Path, "NAME.fmu, or a folder for a library in C with its sources."],
+    drive: Annotated[str, "own: that of the machine; speed or torque: given from outside."] = "own",
+    fmi: Annotated[str, "Version of an FMU: 2.0 or 3.0."] = "2.0",
+    duration: Annotated[float | None, In("s"), 'Such as "20 s"; by default run.duration of the file.'] = None,
+    tolerance: Annotated[float, "Relative error per step."] = 1e-8,
+    seed: Seed = 0,
+) -> Reply:
+    """Write a machine for other programs: an FMU, or a library in C. Neither needs Python where it runs.
+
+    The steps are those of "simulate --method dormand_prince_8", to the last bit on the same computer.
+
+    Example: autobalancer export two_plane_rotor.toml --out two_planes.fmu
+    """
+    described: Any = ab.load_machine(machine)
+    kept: Any = {"drive": drive, "fmi": fmi, "duration": duration, "tolerance": tolerance, "seed": seed}
+    written = ab.export(described, out, **kept)
+    facts = [
+        ("for", ", ".join(written.systems)),
+        ("can be changed", ", ".join(written.parameters) or "nothing"),
+        ("fixed", ", ".join(written.fixed) or "nothing else"),
+        ("outputs", ", ".join(written.outputs)),
+    ]
+    plain = {**written._asdict(), "path": str(written.path)}
+    return Reply(
+        None, plain, f"{described.name}: {written.path}", facts, lines=[written.missing] if written.missing else []
+    )

@@ -26,7 +26,9 @@ _SYSTEM = re.compile(r"^target (datalayout|triple) = .*$", re.MULTILINE)
 
 
 def intermediate_code(kernels: Mapping[str, tuple[Any, Any]]) -> str:
-    """Kernels by the names that they get, with the signature of those that declare none, as one module of LLVM in which nothing else is visible.
+    """Kernels by the names that they get, with the signature of those that declare none, as one module of LLVM.
+
+    Nothing else in it is visible.
 
     Raises
     ------

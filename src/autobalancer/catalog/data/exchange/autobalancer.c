@@ -10,6 +10,8 @@
 
 #define CHUNK 20000
 #define AHEAD 16
+enum { TIME, STEP, END, LONGEST, ERROR, TAKEN };                /* of the clock */
+enum { ACCEPTED, REJECTED, EVALUATIONS, NEXT_SAMPLE, FRESH = 7 }; /* of the counts */
 
 struct ab_machine {
     int64_t *words; /* the block of the machine, on a cache line */
@@ -21,6 +23,7 @@ struct ab_machine {
     double time, state[AB_STATE_COUNT];
     double ahead_times[AHEAD], ahead[AHEAD * AB_STATE_COUNT]; /* states where somebody will look if he goes on as now */
     int64_t count;
+    int64_t before[AB_SPAN_WORDS]; /* what a step changes, as the last one began */
 };
 
 /* Kernels: int32_t name(result *, void **, arguments); a function as an argument is three words. */
@@ -34,8 +37,6 @@ extern int32_t ab_kernel_observe(void *, void **, void *, void *, void *, void *
                                  int64_t, int64_t, int64_t, int64_t, int64_t, void *);
 
 enum { RUNNING, FINISHED };
-enum { TIME, STEP, END, LONGEST, ERROR, TAKEN };                    /* of the clock */
-enum { ACCEPTED, REJECTED, EVALUATIONS, NEXT_SAMPLE, FRESH = 7 }; /* of the counts */
 
 static double *floats(const ab_machine *m, size_t word) { return (double *)(m->words + word); }
 static void *at(const ab_machine *m, size_t word) { return m->words + word; }
@@ -233,11 +234,20 @@ static void follow_input(ab_machine *m, double end) {
     }
 }
 
+/* What a step changes in the block, kept or brought back. */
+static void copy_spans(ab_machine *m, int keep) {
+    int64_t *kept = m->before;
+    for (size_t i = 0; i < sizeof ab_spans / sizeof *ab_spans; kept += ab_spans[i++].count) {
+        int64_t *here = m->words + ab_spans[i].word;
+        memcpy(keep ? kept : here, keep ? here : kept, ab_spans[i].count * sizeof *kept);
+    }
+}
+
 int ab_step(ab_machine *m, double time) {
     if (!isfinite(time) || time < m->time) return AB_WRONG;
     double way = time - m->time, *clock = floats(m, AB_CLOCK);
     if (way == 0.0) return AB_OK;
-    if (AB_INPUT[0] != 0 || AB_SWITCHES) return ab_run(m, time, NULL, 0, NULL);
+    if (AB_INPUT[0] != 0) return ab_run(m, time, NULL, 0, NULL);
     for (int64_t k = 0; k < m->count; k++) /* a step went beyond this time, and it was expected */
         if (m->ahead_times[k] == time) {
             m->time = time;
@@ -245,15 +255,18 @@ int ab_step(ab_machine *m, double time) {
             return AB_OK;
         }
     if (time < clock[TIME]) { /* not expected: the same step once more */
-        clock[TIME] -= clock[TAKEN], clock[STEP] = clock[TAKEN];
-        memcpy(at(m, AB_STATE), at(m, AB_START), sizeof m->state);
-        m->words[AB_COUNTS + FRESH] = 0;
+        copy_spans(m, 0);
+    }
+    if (time == clock[TIME]) {
+        show(m);
+        return AB_OK;
     }
     int status = AB_OK;
     double end = time > AB_DURATION ? INFINITY : AB_DURATION;
+    for (int k = 0; k < AHEAD; k++) m->ahead_times[k] = k == 0 ? time : time + k * way;
     m->count = 0;
     while (status == AB_OK && m->count == 0) {
-        for (int k = 0; k < AHEAD; k++) m->ahead_times[k] = k == 0 ? time : time + k * way;
+        copy_spans(m, 1);
         status = advance(m, end, 1, m->ahead_times, AHEAD, m->ahead);
         m->count = m->words[AB_COUNTS + NEXT_SAMPLE];
     }

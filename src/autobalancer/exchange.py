@@ -31,8 +31,8 @@ import numpy as np
 from autobalancer.assembly.places import Places, desk_for, gauges_of, places_of
 from autobalancer.assembly.system import MASS_SPREAD, Assembly, assemble
 from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.files.fmi_description import Description, Variable, write_unit
 from autobalancer.files.machine_file import balls_in_races
-from autobalancer.fmu import Description, Variable, write_unit
 from autobalancer.kernels.compiler.object_code import function_at, intermediate_code, object_code
 from autobalancer.kernels.integrators.integrator_state import no_switch, switch_type
 from autobalancer.kernels.integrators.recording import Record
@@ -98,13 +98,14 @@ class Image:
         """Its numbers as words, and which of them are floats."""
         begin, rows = len(self._words), array.reshape(-1)
         self._words += np.frombuffer(rows.tobytes().ljust(-(-rows.nbytes // WORD) * WORD, b"\0"), np.int64).tolist()
-        if array.dtype.names is None:
+        fields = array.dtype.fields
+        if fields is None:
             if array.dtype.kind in "fc":
                 self.floats.update(range(begin, len(self._words)))
             return
         each = array.itemsize // WORD
-        for name in array.dtype.names:
-            kind, first = array.dtype[name], array.dtype.fields[name][1] // WORD
+        for kind, offset, *_ in fields.values():
+            first = offset // WORD
             if kind.base.kind == "f":
                 places = range(first, first + kind.itemsize // WORD)
                 self.floats.update(begin + row * each + place for row in range(rows.size) for place in places)
@@ -117,10 +118,10 @@ class Image:
 
 # What a parameter changes in the numbers of a machine.
 #
-# A word of the block is  w = w0 + sum over groups of A (product of f_p(v / v0) - 1),  with one group for parameters that multiply
-# each other, as mass and radius do in m r^2, and f_p(1) = 1. The f_p are polynomials through changed machines: of a low degree they
-# hold for any value, of a higher one within RANGE, as of 1 / m. Parameters of which that is not true, or which change the kind of
-# the equations, are fixed.
+# A word of the block is  w = w0 + sum over groups of A (product of f_p(v / v0) - 1),  with one group for parameters that
+# multiply each other, as mass and radius do in m r^2, and f_p(1) = 1. The f_p are polynomials through changed machines: of a low
+# degree they hold for any value, of a higher one within RANGE, as of 1 / m. Parameters of which that is not true, or which change
+# the kind of the equations, are fixed.
 
 
 RANGE = (0.8, 1.25)  # of the value in the machine file
@@ -132,8 +133,8 @@ _MIDDLE, _HALF = 0.5 * (RANGE[0] + RANGE[1]), 0.5 * (RANGE[1] - RANGE[0])
 FACTORS = tuple((_MIDDLE + _HALF * np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)).tolist())
 # tolerances are those of the machine as it was written; measures of a whole run are not in the library
 _NOT_IN_STEPS = (
-    "whirls", "mass", "gyroscopic", "model_speeds", "model_damping", "model_stiffness", "held_stiffness", "held_damping", "held_loads",
-    "capability", "meetings", "rebounds",
+    "whirls", "mass", "gyroscopic", "model_speeds", "model_damping", "model_stiffness", "held_stiffness", "held_damping",
+    "held_loads", "capability", "meetings", "rebounds",
 )  # fmt: skip
 RANGE_SCALE = 0.25
 UNDECIDED = ("memory.absolute", "memory.relative", *(f"inputs.{name}" for name in _NOT_IN_STEPS))
@@ -300,6 +301,10 @@ def change_by(term: Term, factors: Sequence[float] | Floats) -> float:
 
 VERSION = "0.2.0"
 LEAST_ADDRESS = 4096
+CHANGING = (
+    "memory.clock", "memory.counts", "memory.state", "system.drive.now", "system.guided", "system.ties", "system.rigid.bound",
+    "system.free", "system.slips",
+)  # fmt: skip
 LAW = "ab_law_"
 SOURCES = Path(__file__).parent / "catalog" / "data" / "exchange"
 
@@ -311,6 +316,9 @@ class _Options(NamedTuple):
     seed: int
     tolerance: float
     duration: float  # s
+
+
+AS_WRITTEN = _Options("", 0, 1e-8, 1.0)
 
 
 class Prepared(NamedTuple):
@@ -348,6 +356,10 @@ def _prepared(machine: Machine, options: _Options) -> Prepared:
     inputs = gauges_of(assembly, places, centered=True)
     record = record_for([SampleTimes((0.0,))], (), assembly, 1.0)
     return Prepared(assembly, places, stepper, record, inputs, desk_for(inputs, 1))
+
+
+def _image_of(machine: Machine, options: _Options = AS_WRITTEN) -> Image:
+    return _prepared(machine, options).image()
 
 
 class Output(NamedTuple):
@@ -410,6 +422,12 @@ def _outputs(ready: Prepared, image: Image) -> list[Output]:
     ]  # fmt: skip
 
 
+def _spans(ready: Prepared, image: Image) -> list[tuple[int, int]]:
+    """Where the block changes in a step, work space aside, and the rates where it begins: first word and count."""
+    found = [(image.data[name], _length(image, name)) for name in CHANGING]
+    return [*(span for span in found if span[1]), (image.data["memory.stages"], ready.assembly.state.size)]
+
+
 def _switches(ready: Prepared) -> bool:
     """Whether the equations switch where only the motion tells: balls that stick or touch rigidly."""
     return ready.stepper.moving.switch is not no_switch
@@ -438,7 +456,8 @@ def machine_data(ready: Prepared, image: Image, known: Known, options: _Options,
         "STATE": data["memory.state"], "CLOCK": data["memory.clock"], "COUNTS": data["memory.counts"],
         "TRIAL": data["memory.trial"], "STAGES": data["memory.stages"], "ABSOLUTE": data["memory.absolute"],
         "RELATIVE": data["memory.relative"], "SYSTEM": starts["system"], "PAIR": starts["pair"], "RECORD": starts["record"],
-        "MEMORY": starts["memory"], "START": data["memory.start"], "SWITCHES": int(_switches(ready)), "INPUTS": starts["inputs"], "DESK": starts["desk"], "RING": data["ring"],
+        "MEMORY": starts["memory"], "SPAN_WORDS": sum(count for _, count in _spans(ready, image)),
+        "INPUTS": starts["inputs"], "DESK": starts["desk"], "RING": data["ring"],
         "SAMPLE_TIMES": starts["record.sample_times"], "SAMPLES": starts["record.samples"],
         "SEGMENTS": data["system.drive.segments"], "SEGMENT_WORDS": segments.itemsize // WORD,
         "SEGMENT_COUNT": segments.size, "SEGMENT_NOW": data["system.drive.now"],
@@ -446,7 +465,9 @@ def machine_data(ready: Prepared, image: Image, known: Known, options: _Options,
     words = sorted({term.word for term in known.terms})
     by_word = {word: [term for term in known.terms if term.word == word] for word in words}
     coefficients: list[float] = []
-    factors, terms, changed = [], [], []
+    factors: list[str] = []
+    terms: list[str] = []
+    changed: list[str] = []
     for word, its in by_word.items():
         begin = len(terms)
         for term in its:
@@ -473,6 +494,7 @@ def machine_data(ready: Prepared, image: Image, known: Known, options: _Options,
             "typedef struct { int word, first, last; } ab_changed_word;",
             "typedef struct { int kind, first, second; } ab_place;",
             "typedef struct { int word; int32_t (*function)(void); } ab_function;",
+            "typedef struct { int word, count; } ab_span;",
             *(f"extern int32_t {LAW}{number}(void);" for number in range(len(laws))),
             "",
             _array("ab_variable ab_states", map(_variable, states)),
@@ -483,6 +505,7 @@ def machine_data(ready: Prepared, image: Image, known: Known, options: _Options,
             _array("ab_factor ab_factors", factors),
             _array("ab_term ab_terms", terms),
             _array("ab_changed_word ab_changed_words", changed),
+            _array("ab_span ab_spans", (f"{{{word}, {count}}}" for word, count in _spans(ready, image))),
             _array("int ab_addresses", map(str, image.addresses)),
             _array("ab_function ab_functions", (f"{{{word}, {LAW}{number}}}" for number, word in enumerate(laws))),
             _array("int64_t ab_words", map(_literal, image.words.tolist())),
@@ -506,7 +529,8 @@ def _literal(word: int) -> str:
 
 def _array(head: str, entries: Iterable[str]) -> str:
     """A table in C, of at least one entry; lines of about 120 characters."""
-    lines, line = [], "   "
+    lines: list[str] = []
+    line = "   "
     for entry in entries:
         if len(line) + len(entry) > 118:
             lines, line = [*lines, line], "   "
@@ -580,7 +604,7 @@ def export(
         If the machine cannot be run.
     """
     machine = balls_in_races(machine)
-    end, out = run_duration(machine, duration), as_path(out)
+    end, place = run_duration(machine, duration), as_path(out)
     for name, value, allowed in (("drive", drive, ("own", "speed", "torque")), ("fmi", fmi, ("2.0", "3.0"))):
         if value not in allowed:
             raise QuestionError(f"{name}: given {value!r}; must be {' or '.join(map(repr, allowed))}")
@@ -589,17 +613,17 @@ def export(
         _refuse_drive(machine, drive)
     ready = _prepared(machine, options)
     image = ready.image()
-    known = parameters_of(machine, lambda other: _prepared(other, options).image())
+    known = parameters_of(machine, lambda other: _image_of(other, options))
     laws = _own_functions(image)
     data = machine_data(ready, image, known, options, end)
     code = intermediate_code(_kernels(ready, laws))
-    unit = out.suffix == ".fmu"
-    name = re.sub(r"\W+", "_", out.stem).strip("_") or "machine"
+    unit = place.suffix == ".fmu"
+    name = re.sub(r"\W+", "_", place.stem).strip("_") or "machine"
     name = name if name[0].isalpha() else f"m_{name}"
-    with tempfile.TemporaryDirectory() as place:
-        folder = Path(place)
-        for source in ("autobalancer.h", "autobalancer.c", "fmi.c" if unit else "example.c"):
-            shutil.copy(SOURCES / source, folder)
+    with tempfile.TemporaryDirectory() as work:
+        folder = Path(work)
+        for text in ("autobalancer.h", "autobalancer.c", "fmi.c" if unit else "example.c"):
+            shutil.copy(SOURCES / text, folder)
         token = str(uuid.uuid5(uuid.NAMESPACE_OID, data + fmi))
         (folder / "machine_data.h").write_text(data + f'#define AB_TOKEN "{token}"\n', "utf-8")
         (folder / "kernels.ll").write_text(code, "utf-8")
@@ -608,13 +632,13 @@ def export(
             missing += _no_exchange(ready)
             about = Description(name, machine.name, token, fmi, end, tolerance, options.drive, not _switches(ready))
             shown = [each.about for each in _outputs(ready, image)]
-            write_unit(out, folder, about, _states(ready.assembly), shown, known.parameters, built)
+            write_unit(place, folder, about, _states(ready.assembly), shown, known.parameters, built)
         else:
-            out.mkdir(parents=True, exist_ok=True)
+            place.mkdir(parents=True, exist_ok=True)
             for source in folder.iterdir():
-                write_safely(out / source.name, partial(shutil.copyfile, source))
+                write_safely(place / source.name, partial(shutil.copyfile, source))
     outputs = tuple(each.about.name for each in _outputs(ready, image))
-    return Exported(out, tuple(built), tuple(one.name for one in known.parameters), known.fixed, outputs, missing)
+    return Exported(place, tuple(built), tuple(one.name for one in known.parameters), known.fixed, outputs, missing)
 
 
 def _kernels(ready: Prepared, laws: dict[int, Any]) -> dict[str, tuple[Any, Any]]:
@@ -697,4 +721,4 @@ def _compiler(target: str, names: Sequence[str]) -> list[str] | None:
 def _run(command: list[str], folder: Path) -> None:
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode:
-        raise QuestionError(f"the compiler {command[0]} failed: {shortened(done.stderr or done.stdout)}")
+        raise QuestionError(f"the compiler {command[0]} failed: {shortened(done.stderr or done.stdout, 600)}")

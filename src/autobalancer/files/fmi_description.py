@@ -18,8 +18,11 @@ FOLDERS = {
     "3.0": {"linux": "x86_64-linux", "windows": "x86_64-windows"},
 }
 ENDINGS = {"linux": ".so", "windows": ".dll"}
-_BASE = {"kg": {"kg": 1}, "m": {"m": 1}, "s": {"s": 1}, "N": {"kg": 1, "m": 1, "s": -2}, "rad": {"rad": 1}, "K": {"K": 1},
-         "Pa": {"kg": 1, "m": -1, "s": -2}, "J": {"kg": 1, "m": 2, "s": -2}, "W": {"kg": 1, "m": 2, "s": -3}, "Hz": {"s": -1}}  # fmt: skip
+_BASE = {
+    "kg": {"kg": 1}, "m": {"m": 1}, "s": {"s": 1}, "rad": {"rad": 1}, "K": {"K": 1}, "Hz": {"s": -1},
+    "N": {"kg": 1, "m": 1, "s": -2}, "Pa": {"kg": 1, "m": -1, "s": -2}, "J": {"kg": 1, "m": 2, "s": -2},
+    "W": {"kg": 1, "m": 2, "s": -3},
+}  # fmt: skip
 
 
 class Variable(NamedTuple):
@@ -87,7 +90,7 @@ def model_description(
         "fmiVersion": about.version, "modelName": about.name or about.identifier,
         "instantiationToken" if three else "guid": about.token,
         "description": "Rotor with an automatic ball balancer", "generationTool": "autobalancer",
-        "variableNamingConvention": "structured",
+        "variableNamingConvention": "flat",
     })  # fmt: skip
     if not three:
         root.set("numberOfEventIndicators", "0")
