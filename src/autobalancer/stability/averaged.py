@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import singledispatch
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -105,15 +104,9 @@ def explicit_averaged_border(machine: MachineArgument) -> Border:
     return border if whole is None else ignoring(whole, border, Theory.AVERAGED)
 
 
-@singledispatch
 def averaged_in_closed_form(p: Plane | Stations) -> Border | None:
     """:func:`explicit_averaged_border` of what has one: balls on a planar rotor in races on the axis."""
-    return None
-
-
-@averaged_in_closed_form.register(Plane)
-def _(p: Plane) -> Border | None:
-    return _closed_border(p) if p.one_centric else None
+    return _closed_border(p) if isinstance(p, Plane) and p.one_centric else None
 
 
 def _closed_border(p: Plane) -> Border:

@@ -17,7 +17,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache, singledispatch
+from functools import cached_property, lru_cache
 from itertools import product
 from typing import Protocol
 
@@ -293,35 +293,22 @@ def balanced_states(p: Described) -> list[Balanced]:
     return _in_closed_form(p) or ([ForcedBalls(st)] if st.forces is not None else list(members_of(st)))
 
 
-@singledispatch
 def _in_closed_form(p: Described) -> list[Balanced]:
     """The same where their growth rates are known in closed form; empty where none is."""
-    return []
-
-
-@_in_closed_form.register(Plane)
-def _(p: Plane) -> list[Balanced]:
+    if not isinstance(p, Plane):
+        return []
     places = MEMBERS if p.moment.size > 2 else (0.0,)
-    if equal_balls(p):
+    if p.isotropic and alike(p):  # the polynomial of degree eight
         return [EqualBalls(p, place) for place in places]
     if p.isotropic or not p.one_centric:
         return []
     return [EqualBallsAtRest(p, place) for place in places] if alike(p) else [BallsAtRest(p)]
 
 
-def equal_balls(p: Plane) -> bool:
-    """Whether the polynomial of degree eight holds: isotropic, two or more equal balls, races with one center."""
-    return p.isotropic and alike(p)
-
-
-def alike(p: Plane) -> bool:
+def alike(p: Described) -> bool:
     """Whether there are two or more equal balls, in races with one center."""
-    columns = (p.moment, p.inertia, p.drag)
-    return (
-        p.moment.size >= 2
-        and all(bool(np.all(column == column[0])) for column in columns)
-        and bool(np.all(p.offset == p.offset[0]))
-    )
+    columns = (p.moment, p.inertia, p.drag, p.offset)
+    return p.moment.size >= 2 and all(bool(np.all(column == column[0])) for column in columns)
 
 
 def planar_balancer_of(p: Plane) -> PlanarBalancer:
@@ -346,7 +333,6 @@ def planar_balancer_of(p: Plane) -> PlanarBalancer:
 
 
 SAMPLES, FEW = 24, 6  # of a continuum, and where each takes long
-PLACES = (0.0, 0.02, 0.1, 0.3, 0.6, 1.0)  # of |S2| from least to greatest
 
 
 Growth = Callable[[Stations, float, StationState], float]
@@ -506,9 +492,7 @@ def _pair(st: Stations, spread: float) -> tuple[Stations, StationState]:
 
 def equal_at_one_station(st: Stations) -> bool:
     """Whether only |S2| counts: isotropic, two or more equal balls, races on the axis at one station that do not tilt."""
-    columns = (st.moment, st.inertia, st.drag)
-    equal = all(bool(np.all(column == column[0])) for column in columns)
-    return st.plain and st.isotropic and len(st.names) == 1 and st.moment.size >= 2 and equal and not np.any(st.offset)
+    return st.plain and st.isotropic and st.one_centric and alike(st)
 
 
 def members_of(st: Stations, growth: Growth = growth_of) -> list[StationBalls | EqualAtOneStation]:
@@ -520,7 +504,7 @@ def members_of(st: Stations, growth: Growth = growth_of) -> list[StationBalls | 
     if growth is growth_of and not st.isotropic:
         return [StationBalls(st, route="multipliers")]
     if equal_at_one_station(st):
-        places = PLACES if st.moment.size > 2 else (0.0,)
+        places = MEMBERS if st.moment.size > 2 else (0.0,)
         return [EqualAtOneStation(st, place, growth=growth) for place in places]
     counts, route = np.bincount(st.station, minlength=len(st.names)), "eigenvalues" if st.plain else "linearized field"
     if counts.max() <= 2 or _centers(st) is None:

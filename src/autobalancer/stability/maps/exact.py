@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cache, singledispatch
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -130,13 +130,11 @@ def border_of(state: Balanced, p: Described, highest: float | None = None, lowes
     return Border("exact border", windows[-1][0], note, windows=tuple(windows[:-1])).noted(below)
 
 
-@singledispatch
 def worst_case_of(p: Described) -> Border:
     """*exact border, worst case* of any rotor."""
-    return worst_case_at_one_station(p.as_station)
+    return worst_case(p) if isinstance(p, Plane) else worst_case_at_one_station(p)
 
 
-@worst_case_of.register(Plane)
 def worst_case(p: Plane) -> Border:
     """*exact border, worst case*: the highest one for any unbalance from zero to capability, equal balls only.
 
