@@ -69,7 +69,8 @@ def beam() -> tuple[sparse.csc_array, sparse.csc_array]:
         [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2],
          [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h**2, -6 * h, 4 * h**2]]
     )  # fmt: skip
-    rows, columns, entries = [], [], ([], [])
+    rows, columns = [], []
+    entries: tuple[list[Any], list[Any]] = ([], [])
     first = 4 * np.arange(NODES - 1)
     for own, sign in (([0, 3, 4, 7], 1.0), ([1, 2, 5, 6], -1.0)):  # ux, ry and uy, rx = -dy/dz
         signs = np.array([1.0, sign, 1.0, sign])

@@ -258,3 +258,73 @@ def test_sections_of_a_shaft_in_a_table_are_those_given_by_keys(tmp_path: Path) 
         (tmp_path / "shaft.csv").write_text(f"{head}\n100, 20\n200, 20\n")
         with pytest.raises(MachineFileError, match=said):
             machine_of({**SHAFT, **files}, tmp_path)
+
+
+KNOWN = {  # a rotor that moves and tilts on supports that differ along x and y, 1/sqrt(kg)
+    "kind": "modal",
+    "positions": ["100 mm", "300 mm"],
+    "total_mass": "5 kg",
+    "resonances": [
+        {"frequency": w, "damping_ratio": d, "shape": x, "shape_y": y}
+        for w, d, x, y in (
+            ("40 Hz", 0.02, [0.5, 0.4], [0.05, 0.04]),
+            ("46 Hz", 0.03, [-0.05, -0.04], [0.5, 0.4]),
+            ("80 Hz", 0.02, [-0.3, 0.6], [0.0, 0.0]),
+            ("95 Hz", 0.02, [0.0, 0.0], [-0.3, 0.6]),
+        )
+    ],
+}
+PLACED = {"disc": "100 mm", "race": "300 mm"}
+
+
+def receptances(machine: Machine, frequencies: Any, noise: float) -> dict[tuple[str, str], Any]:
+    """Receptances between two places along x and y, with a relative noise."""
+    model, random = lateral_model(machine), np.random.default_rng(3)
+    rows = np.array([model.axis.rows(z, None).deflection for z in (0.1, 0.3)])
+    whole = np.array([model.receptance(1j * w, 0.0, rows) for w in frequencies])
+    names = ["disc", "race", "disc y", "race y"]
+    blurred = whole * (1.0 + noise * (random.standard_normal(whole.shape) + 1j * random.standard_normal(whole.shape)))
+    return {(a, b): blurred[:, i, j] for i, a in enumerate(names) for j, b in enumerate(names) if i >= j}
+
+
+def test_measured_receptances_of_two_places_along_x_and_y_are_the_rotor_that_made_them(tmp_path: Path) -> None:
+    known, frequencies = machine_of(KNOWN), 2.0 * np.pi * np.linspace(20.0, 130.0, 111)
+    lines = ["frequency [rad/s], response, force, real [m/N], imag [m/N]"]
+    for (response, force), values in receptances(known, frequencies, 1e-3).items():
+        cells = zip(frequencies.tolist(), values.tolist(), strict=True)
+        lines += [f"{w!r}, {response}, {force}, {h.real!r}, {h.imag!r}" for w, h in cells]
+    (tmp_path / "hammer.csv").write_text("\n".join(lines))
+    fit = ab.measure.receptance(ab.measure.load_receptance(tmp_path / "hammer.csv"), modes=4)
+    assert fit.attrs["fit_error"] == pytest.approx(1e-3 * np.sqrt(2.0), rel=0.2)  # the noise of both parts
+    rotor = ab.measure.receptance_rotor(fit, positions=PLACED, total_mass="5 kg")
+    found = known.model_copy(update={"rotor": rotor})
+    speeds = [ab.rotor.critical_speeds(m)["critical_speed"].values for m in (found, known)]
+    assert speeds[0] == pytest.approx(speeds[1], rel=1e-3)
+    runs = [ab.simulate(m, duration=0.02)["station_x"] for m in (found, known)]
+    assert float(abs(runs[0] - runs[1]).max()) < 0.01 * float(abs(runs[1]).max())
+    with pytest.raises(ab.errors.AutobalancerError, match="positions race: "):
+        ab.measure.receptance_rotor(fit, positions={"disc": "100 mm"}, total_mass="5 kg")
+
+
+def test_a_roving_hammer_of_a_universal_file_gives_the_shapes_along_one_direction(tmp_path: Path) -> None:
+    pyuff = pytest.importorskip("pyuff")
+    known = machine_of(modal_rotor(2) | {"polar_inertias": []})
+    frequencies = 2.0 * np.pi * np.linspace(20.0, 90.0, 141)
+    sets = [
+        pyuff.prepare_58(
+            func_type=4, rsp_node=2, rsp_dir=1, ref_node=1 + (force == "race"), ref_dir=-1, data=-values,
+            x=frequencies / (2.0 * np.pi), abscissa_spec_data_type=18, ordinate_spec_data_type=8,
+            ordinate_axis_units_lab="m", orddenom_spec_data_type=13, orddenom_axis_units_lab="N",
+        )
+        for (response, force), values in receptances(known, frequencies, 1e-3).items()
+        if response == "race" and force in ("disc", "race")
+    ]  # fmt: skip
+    pyuff.UFF(str(tmp_path / "hammer.uff")).write_sets(sets)
+    measured = ab.measure.load_receptance(tmp_path / "hammer.uff", function="all")
+    fit = ab.measure.receptance(measured, modes=2)
+    rotor = ab.measure.receptance_rotor(fit, positions={"1": 0.1, "2": 0.3}, total_mass="5 kg")
+    for ours, theirs in zip(rotor.resonances, known.rotor.resonances, strict=True):  # type: ignore[union-attr]
+        assert float(ours.frequency) == pytest.approx(float(theirs.frequency), rel=1e-3)
+        assert np.abs(ours.shape) == pytest.approx(np.abs(np.array(theirs.shape)[[1, 3]]), rel=0.02)
+    with pytest.raises(ab.errors.QuestionError, match="measure a driving point"):
+        ab.measure.receptance(measured.isel(pair=[0]), modes=2)

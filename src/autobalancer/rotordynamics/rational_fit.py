@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -177,9 +177,10 @@ def receptance(
     Parameters
     ----------
     measured
-        From :func:`load_receptance`.
+        From :func:`load_receptance`. Of several places the poles are first those of the sum over the driving points, then modes
+        damped each by itself, with a shape over the places, are fitted to all that was measured.
     modes
-        Number of modes; by default chosen by the noise.
+        Number of modes, or of different poles where there are several places; by default chosen by the noise.
     most_modes
         Greatest number of modes that is tried.
     noise
@@ -200,13 +201,16 @@ def receptance(
         deviation of each as ``..._deviation``. Along ``frequency``: what was measured and what was fitted, the noise
         (``noise_deviation``, m/N) and whether the value was ``used``. ``attrs``: ``fit_error`` (root mean square
         as a share of the values, weighted by the noise), ``modes``, ``effective_mass`` (kg, at high frequency),
-        ``band_low`` and ``band_high`` (rad/s), ``warnings``.
+        ``band_low`` and ``band_high`` (rad/s), ``warnings``. Of several places it has ``mode_frequency``,
+        ``mode_damping_ratio`` and ``mode_shape`` (mode, place), 1/sqrt(kg), and ``fitted_real`` and ``fitted_imag`` of each pair.
 
     Raises
     ------
     QuestionError
         If there are too few values, or they are not those of a driving point in the convention e^(+i w t).
     """
+    if "pair" in measured.dims:
+        return _between_places(measured, modes=modes, most_modes=most_modes, noise=noise, band=band)
     every = np.asarray(measured["frequency"].values, np.float64)
     used = _used(every, band)
     part = measured.isel(frequency=np.flatnonzero(used))
@@ -256,6 +260,77 @@ def _used(frequency: Floats, band: tuple[float | str, float | str] | None) -> ND
     if used.sum() < FEWEST:
         raise QuestionError(f"receptance: {used.sum()} values are too few for a fit; give {FEWEST} or more{words}")
     return used
+
+
+# Receptances between several places: poles of the sum over the driving points, residues of all pairs, their shapes, then
+# frequencies, damping ratios and shapes refined together. A pole of two modes, as round rotors have, has two shapes.
+
+
+SHAPES = 0.02  # share of the greatest shape of a pole, below which another one is noise
+
+
+def _between_places(measured: xr.Dataset, **about: Any) -> xr.Dataset:
+    places = sorted({*measured["response"].values.tolist(), *measured["force"].values.tolist()})
+    ends = np.array([[places.index(str(one)) for one in measured[name].values] for name in ("response", "force")])
+    driving = np.flatnonzero(ends[0] == ends[1])
+    lost = next((place for number, place in enumerate(places) if number not in ends), None)
+    if not driving.size or lost:
+        raise QuestionError("receptance: no pair has response and force at one place; measure a driving point")
+    part = [f"receptance_{name}" for name in ("real", "imag")]
+    whole = measured[part].isel(pair=driving).sum("pair").assign_attrs(measured.attrs)
+    poles = receptance(whole, progress=False, **about)
+    used = np.flatnonzero(poles["used"].values)
+    frequency = np.asarray(measured["frequency"].values, np.float64)
+    values, weights = receptance_of(measured)[:, used], 1.0 / poles["noise_deviation"].values[used]
+
+    def share(own: Floats, ratio: Floats, at: Floats) -> Complexes:
+        return np.asarray(1.0 / (own**2 - at[:, None] ** 2 + 2j * ratio * own * at[:, None]), np.complex128)
+
+    # residues of all pairs, and the shapes that they are made of
+    found = np.array([poles["mode_frequency"].values, poles["mode_damping_ratio"].values])
+    matrix = _stack(share(found[0], found[1], frequency[used]) * weights[:, None])
+    residues = lstsq(matrix, np.concatenate([(values * weights).real, (values * weights).imag], axis=1).T)[0]
+    shapes: list[tuple[float, float, Floats]] = []
+    for (own, ratio), residue in zip(found.T, residues, strict=True):
+        square = np.full((len(places), len(places)), np.nan)
+        square[ends[0], ends[1]] = square[ends[1], ends[0]] = residue
+        if np.isfinite(square).all():
+            sizes, vectors = np.linalg.eigh(square)
+            kept = sizes > SHAPES * np.abs(sizes).max()
+            shapes += [(own, ratio, shape) for shape in (vectors * np.sqrt(np.abs(sizes))).T[kept]]
+            continue
+        column = next((j for j in range(len(places)) if np.isfinite(square[:, j]).all() and square[j, j] > 0.0), None)
+        if column is None:
+            raise QuestionError(
+                "receptance: measure all pairs of places, or from one place, with its driving point, to all others; "
+                f"there are {', '.join(places)}"
+            )
+        shapes.append((own, ratio, square[:, column] / np.sqrt(square[column, column])))
+    count = len(shapes)
+    start = np.concatenate(
+        [np.log([s[0] for s in shapes]), np.log([max(s[1], 1e-9) for s in shapes]), *(s[2] for s in shapes)]
+    )
+
+    def fitted(parameters: Floats, at: Floats) -> Complexes:
+        shape = parameters[2 * count :].reshape(count, -1)
+        parts = share(np.exp(parameters[:count]), np.exp(parameters[count : 2 * count]), at)
+        return np.asarray((parts @ (shape[:, ends[0]] * shape[:, ends[1]])).T)
+
+    def left(parameters: Floats) -> Floats:
+        return _stack(((fitted(parameters, frequency[used]) - values) * weights).ravel())
+
+    best = least_squares(left, start, x_scale="jac").x
+    error = math.sqrt(float((left(best) ** 2).sum() / (np.abs(values * weights) ** 2).sum()))
+    order = np.argsort(best[:count])
+    own, ratio = (np.exp(best[k * count : (k + 1) * count])[order] for k in (0, 1))
+    shape = best[2 * count :].reshape(count, -1)[order]
+    curve = fitted(best, frequency)
+    dataset = measured.assign(
+        mode_frequency=("mode", own), mode_damping_ratio=("mode", ratio), mode_shape=(("mode", "place"), shape),
+        fitted_real=(("pair", "frequency"), curve.real), fitted_imag=(("pair", "frequency"), curve.imag),
+    ).assign_coords(place=places)  # fmt: skip
+    kept = {name: poles.attrs[name] for name in ("band_low", "band_high", "noise", "warnings")}
+    return dataset.assign_attrs({**measured.attrs, **provenance(), **kept, "modes": count, "fit_error": error})
 
 
 # The labelled outcome of a fit: poles, modes with their uncertainty, and the noise.

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -22,7 +23,7 @@ from autobalancer.results.answers.answer import Answer, Labeled, provenance
 from autobalancer.results.labels import labeled
 from autobalancer.results.signals import UNIVERSAL, Function, is_universal, read_universal
 from autobalancer.safe_file import as_path, not_to_read
-from autobalancer.units import optional_argument, to_si
+from autobalancer.units import argument, optional_argument, to_si
 
 # A receptance as a sum over poles.
 
@@ -71,9 +72,12 @@ WORDS = {
 
 
 def load_receptance(
-    path: str | Path, *, function: int | None = None, mass_added: float | str | None = None
+    path: str | Path, *, function: int | Literal["all"] | None = None, mass_added: float | str | None = None
 ) -> xr.Dataset:
     """Read a measured frequency response, force to deflection, velocity or acceleration along the same direction.
+
+    Those between several places, as ``disc`` or ``disc y``, are read of a table with columns ``response`` and ``force``, and of a
+    universal file with ``function="all"``, whose places are nodes with directions; then the result has them over ``pair``.
 
     Parameters
     ----------
@@ -82,7 +86,7 @@ def load_receptance(
         ``frequency [Hz], real [m/s^2/N], imag [m/s^2/N]``; ``amplitude [...]`` and ``phase [deg]`` can be used instead,
         and ``coherence`` is used if present. Or a universal file with datasets of type 58 or 58b.
     function
-        Which frequency response of a universal file, counted from 1; by default the only one at a driving point.
+        Which frequency response of a universal file, counted from 1; by default the only one at a driving point; or ``"all"``.
     mass_added
         Mass (kg) that was fixed to the rotor at the race in the test and is no part of it, such as that of the accelerometer and
         of balls; what is read is the rotor without it.
@@ -113,6 +117,8 @@ def load_receptance(
     else:
         dataset = _of_table(read_table(path, EXAMPLE, path.name))
     mass = optional_argument("mass_added", mass_added, "kg")
+    if mass is not None and "pair" in dataset.dims:
+        raise QuestionError("mass_added: is known of one place only; leave it out")
     if mass is None:
         return dataset
     if not mass >= 0.0:
@@ -149,7 +155,26 @@ def _of_table(table: Table) -> xr.Dataset:
     else:
         values = one + 1j * table.values(table.heads[at[second]][0])
     coherence = table.values(table.heads[at["coherence"]][0]) if "coherence" in at else None
+    if {"response", "force"} <= set(table.heads):
+        ends = list(zip(table.texts("response"), table.texts("force"), strict=True))
+        parts = {}
+        for pair in dict.fromkeys(ends):
+            rows = [k for k, other in enumerate(ends) if other == pair]
+            title = f"{table.place}, {pair[0]} over {pair[1]}"
+            parts[pair] = receptance_dataset(frequency[rows], factor * values[rows], kind, title=title)
+        return _pairs(parts, table.place)
     return receptance_dataset(frequency, factor * values, kind, title=table.place, coherence=coherence)
+
+
+def _pairs(parts: dict[tuple[str, str], xr.Dataset], title: str) -> xr.Dataset:
+    """Receptances between places, by response and force."""
+    first = next(iter(parts.values()))
+    for (response, force), part in parts.items():
+        if not np.array_equal(part["frequency"].values, first["frequency"].values):
+            raise ResultError(f"{title}: {response} over {force} is at other frequencies than the first pair")
+    whole = xr.concat(list(parts.values()), "pair", combine_attrs="override")
+    ends = {name: ("pair", [pair[k] for pair in parts]) for k, name in enumerate(("response", "force"))}
+    return whole.assign_coords(ends).assign_attrs(title=title)
 
 
 def _kind(unit: str, place: str) -> tuple[str, float]:
@@ -172,7 +197,7 @@ def _factor(unit: str, si: str) -> float:
     return float(to_si(f"1 {plain}", si))
 
 
-def _of_functions(functions: list[Function], name: str, number: int | None) -> xr.Dataset:
+def _of_functions(functions: list[Function], name: str, number: int | Literal["all"] | None) -> xr.Dataset:
     """The wanted frequency response of a universal file, by default the only one at a driving point."""
     responses: list[tuple[Function, str, float]] = []
     odd = []
@@ -184,6 +209,12 @@ def _of_functions(functions: list[Function], name: str, number: int | None) -> x
     if not responses:
         others = "; ".join(odd[:3]) or f"{len(functions)} other functions"
         raise ResultError(f"{name}: no dataset 58 with a frequency response of motion over force, but {others}")
+    if number == "all":
+        parts = {}
+        for entry in responses:
+            ends = [f"{node} {'xyz'[(abs(way) or 1) - 1]}" for node, way in (entry[0].response, entry[0].reference)]
+            parts[ends[0], ends[1]] = _one(entry, name)
+        return _pairs(parts, name)
     driving = [
         entry
         for entry in responses
@@ -198,7 +229,11 @@ def _of_functions(functions: list[Function], name: str, number: int | None) -> x
         raise ResultError(
             f"{name}: choose one function by its number, the one at the race along one line. There are {rows}"
         )
-    function, kind, factor = candidates[0]
+    return _one(candidates[0], name)
+
+
+def _one(entry: tuple[Function, str, float], name: str) -> xr.Dataset:
+    function, kind, factor = entry
     sign = np.sign(function.response[1] or 1) * np.sign(
         function.reference[1] or 1
     )  # minus directions of an accelerometer
@@ -285,7 +320,13 @@ class MeasuredRotor(NamedTuple):
     fit: Answer  # with the modes of this rotor
 
 
-def receptance_rotor(fit: xr.Dataset, *, inertia: float | str | None = None) -> PlanarRotor | ModalRotor:
+def receptance_rotor(
+    fit: xr.Dataset,
+    *,
+    inertia: float | str | None = None,
+    positions: Mapping[str, float | str] | None = None,
+    total_mass: float | str | None = None,
+) -> PlanarRotor | ModalRotor:
     """The rotor of a machine from a measured receptance: of one mode a planar rotor, of several a modal one.
 
     Each mode of this rotor is damped by itself and has a positive mass, so that it can be run; frequencies, damping ratios and
@@ -298,6 +339,10 @@ def receptance_rotor(fit: xr.Dataset, *, inertia: float | str | None = None) -> 
         :func:`load_receptance`).
     inertia
         About the shaft, kg m^2; needed only where a torque drives.
+    positions
+        Of several places: where each is along the axis, such as ``{"disc": "100 mm"}``; ``disc y`` is the same place along y.
+    total_mass
+        Of several places: of all that moves across the axis, kg.
 
     Returns
     -------
@@ -309,7 +354,30 @@ def receptance_rotor(fit: xr.Dataset, *, inertia: float | str | None = None) -> 
     QuestionError
         If a mode has no positive mass, so that no such rotor exists.
     """
-    return measured_rotor(fit, inertia=inertia).rotor
+    if "place" not in fit.dims:
+        return measured_rotor(fit, inertia=inertia).rotor
+    names = [str(name) for name in fit["place"].values]
+    ways = [("y" if name.endswith(" y") else "x", name.removesuffix(" x").removesuffix(" y")) for name in names]
+    stations = {name: argument(f"positions {name}", (positions or {}).get(name), "m") for _, name in ways}
+    order = sorted(stations, key=lambda name: stations[name])
+    along = [way for way in "xy" if any(way == one for one, _ in ways)]
+    if lost := [f"{name} {way}" for way in along for name in order if (way, name) not in ways]:
+        raise QuestionError(f"receptance: {lost[0]} was not measured; measure all places along the same directions")
+    columns = [[ways.index((way, name)) for name in order] for way in along]
+    shapes = np.asarray(fit["mode_shape"].values, np.float64)
+    numbers = zip(fit["mode_frequency"].values.tolist(), fit["mode_damping_ratio"].values.tolist(), shapes, strict=True)
+    modes = [
+        {"frequency": own, "damping_ratio": ratio}
+        | {name: shape[column].tolist() for name, column in zip(("shape", "shape_y"), columns, strict=False)}
+        for own, ratio, shape in numbers
+    ]
+    source = f"{fit.attrs['title']}: {len(modes)} modes, left over {100.0 * float(fit.attrs['fit_error']):.2g} %"
+    keys: dict[str, Any] = {"positions": [stations[name] for name in order], "resonances": modes, "source": source}
+    return ModalRotor(
+        **keys,
+        inertia=optional_argument("inertia", inertia, "kg*m^2"),
+        total_mass=argument("total_mass", total_mass, "kg"),
+    )
 
 
 def measured_rotor(fit: xr.Dataset, *, inertia: float | str | None = None) -> MeasuredRotor:
