@@ -61,7 +61,7 @@ napoleon_numpy_docstring = True
 bibtex_bibfiles = ["../src/autobalancer/catalog/data/references.bib"]
 bibtex_default_style = "plain"
 
-TOPICS = ("tutorials", "run_ups", "stability", "races", "rotors", "chambers", "test_bench")
+TOPICS = ("tutorials", "run_ups", "stability", "races", "rotors", "chambers", "exchange", "test_bench")
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",
     "gallery_dirs": "gallery",

@@ -6,10 +6,9 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from autobalancer.assembly.drive_train import corners, highest_prescribed
 from autobalancer.assembly.places import Places, in_frame, off_center
@@ -28,10 +27,11 @@ from autobalancer.machine import Machine, MatricesRotor, ModalRotor, PrescribedS
 from autobalancer.machine.drive import Hill
 from autobalancer.machine.keys import USUAL, bare_numbers
 from autobalancer.results.display_units import length_text, significant
-from autobalancer.results.time_series import lifted_from
-from autobalancer.results.verdict import LIMITS
 from autobalancer.tables import rpm_and_si
 from autobalancer.units import WrittenFloat
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -117,15 +117,14 @@ def beyond_breakaway(e: Ended) -> str:
 # What races off the axis leave at the end of a run, in words.
 
 
-MATTERS, _ = LIMITS[0]
-"""Of the greatest vibration without balls: a smaller eccentricity still leaves the machine balanced."""
-
-
 def off_axis(e: Ended) -> str:
     """The residual of the races off the axis at the last speed; empty without balls.
 
-    Of races whose eccentricity is not given, only where a typical one matters beside the vibration without balls.
+    Of races whose eccentricity is not given, only where a typical one matters beside the vibration without balls: a smaller one
+    still leaves the machine balanced.
     """
+    from autobalancer.results.verdict import LIMITS  # labeled arrays, which the check of a machine does not need
+
     run, speed = e.run, float(e.state.state[SPEED])
     if not 0.0 < abs(speed) < FASTEST:
         return ""
@@ -134,7 +133,7 @@ def off_axis(e: Ended) -> str:
         return ""
     if not any(plane.given and plane.eccentricity > 0.0 for plane in center.planes):
         without = run["vibration_without_balls"].values if "vibration_without_balls" in run else [math.nan]
-        if not center.greatest >= MATTERS * max(without):
+        if not center.greatest >= LIMITS[0][0] * max(without):
             return ""
         size = length_text(center.greatest)
         return f"race eccentricity: not given; a typical {size} would leave that much vibration (see check)"
@@ -146,6 +145,8 @@ def off_axis(e: Ended) -> str:
 
 def on_floor(e: Ended) -> str:
     """Of all balls that a run with samples shows on a floor: until when, or from which speed on their wall would carry them."""
+    from autobalancer.results.time_series import lifted_from
+
     run, machine = e.run, e.machine
     if "ball_floor_force" not in run or run["time"].size == 0:
         return ""
