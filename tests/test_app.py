@@ -100,9 +100,11 @@ def test_what_is_wrong_is_known_by_the_path_of_its_key() -> None:
 @pytest.mark.parametrize("file", ["/etc/passwd", "../../secret.csv", "..\\secret.csv"])
 def test_a_machine_on_the_page_reads_no_file_of_the_server(file: str) -> None:
     text = with_value(DISCOIDAL, ("balancers", 0, "races", 0, "roundness"), {"file": file})
-    found = read(text)
-    assert found.machine is None
-    assert "names no files" in found.message
+    of_rotors = [("files", {key: file}) for key in ("file", "mass", "nodes", "rows")] + [("segments", {"file": file})]
+    for one in (text, *(with_value(DISCOIDAL, ("rotor", key), value) for key, value in of_rotors)):
+        found = read(one)
+        assert found.machine is None
+        assert "names no files" in found.message
 
 
 def test_a_drawing_fits_its_page_and_has_words() -> None:

@@ -16,6 +16,7 @@ from autobalancer.errors import MachineError, MachineFileError
 from autobalancer.files.machine_file import machine_text, parse_race_machine
 from autobalancer.machine import Machine
 from autobalancer.simulation.remarks import input_notes
+from autobalancer.sketch import layout_of
 
 REST = """
 name = "light shaft with two discs"
@@ -85,6 +86,10 @@ def modal_rotor(count: int) -> dict[str, Any]:
 def test_the_modes_of_a_shaft_run_as_the_shaft_that_keeps_them() -> None:
     machine = machine_of(modal_rotor(3))
     assert lateral_model(machine).isotropic
+    edges = [
+        block.start for block in layout_of(machine).blocks
+    ]  # a sketch shows its nodes, and how far the axis reaches
+    assert edges[1:] == pytest.approx(PLACES)
     assert parse_race_machine(machine_text(machine)) == machine
     ours, theirs = (ab.simulate(m) for m in (machine, SHAFT_MACHINE))
     for name in ("ball_angle_in_rotor", "station_x", "plane_y"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -424,9 +425,12 @@ def _rotor(machine: Machine, carried: list[float], reach: float) -> tuple[list[B
     if isinstance(rotor, MultibodyRotor):
         return (*_bodies(rotor, carried, reach), "bodies are cylinders of their masses and inertias")
     held = [float(support.position) for support in getattr(rotor, "supports", ())]
-    places = [*(place for place, _ in spring_model(machine).axis.line()), *held, *carried]
+    nodes = [place for place, _ in spring_model(machine).axis.line()]
+    places = [*nodes, *held, *carried]
     axis = _axis(places, 0.06 * max(max(places) - min(places), reach))
-    return [axis], [Spring(place, axis.radius) for place in held], "of the rotor its axis and its supports are drawn"
+    ends = [axis.start, *sorted({round(place, 9) for place in nodes}), axis.end]
+    pieces = [Block(start, end, axis.radius) for start, end in pairwise(ends)]
+    return pieces, [Spring(place, axis.radius) for place in held], "of the rotor axis, nodes and supports are drawn"
 
 
 def _shaft(rotor: ShaftRotor, reach: float) -> tuple[list[Block], list[Spring]]:

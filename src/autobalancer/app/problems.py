@@ -84,13 +84,24 @@ def for_page(text: str) -> str:
     return text
 
 
-def files_in(data: Any) -> Iterator[str]:
+ROTOR_FILES = (
+    "file",
+    "mass",
+    "stiffness",
+    "damping",
+    "gyroscopic",
+    "nodes",
+    "rows",
+)  # keys of `rotor.files` that name one
+
+
+def files_in(data: Any, named: tuple[str, ...] = ("file",)) -> Iterator[str]:
     """Every file that a machine names."""
     if isinstance(data, dict):
         for key, value in data.items():
-            if key == "file":
+            if key in named:
                 yield str(value)
-            yield from files_in(value)
+            yield from files_in(value, ROTOR_FILES if key == "files" else ("file",))
     elif isinstance(data, list):
         for value in data:
             yield from files_in(value)

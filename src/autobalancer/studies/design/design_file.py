@@ -235,7 +235,7 @@ def _planes(machine: Machine, values: tuple[str | tuple[str, ...], ...]) -> tupl
     """Choices of stations that hold a balancer each; an empty one keeps the balancers of the machine."""
     path = ("candidates", "planes")
     if not values:
-        if machine.balancers or machine.rotor.kind in ("planar", "modal"):
+        if machine.balancers or machine.rotor.one_plane:
             return ((),)
         raise QuestionError("missing; name the stations that may hold a balancer", path)
     known = [station.name for station in machine.stations]
