@@ -15,6 +15,7 @@ from autobalancer.assembly.rotors import lateral_model
 from autobalancer.errors import MachineError, MachineFileError
 from autobalancer.files.machine_file import machine_text, parse_race_machine
 from autobalancer.machine import Machine
+from autobalancer.rotordynamics.rational_fit import pole_model
 from autobalancer.simulation.remarks import input_notes
 from autobalancer.sketch import layout_of
 
@@ -307,6 +308,8 @@ def test_measured_receptances_of_two_places_along_x_and_y_are_the_rotor_that_mad
     assert speeds[0] == pytest.approx(speeds[1], rel=1e-3)
     runs = [ab.simulate(m, duration=0.02)["station_x"] for m in (found, known)]
     assert float(abs(runs[0] - runs[1]).max()) < 0.01 * float(abs(runs[1]).max())
+    with pytest.raises(ab.errors.QuestionError, match="receptance_rotor makes a rotor of them"):
+        pole_model(fit)
     with pytest.raises(ab.errors.AutobalancerError, match="positions race: "):
         ab.measure.receptance_rotor(fit, positions={"disc": "100 mm"}, total_mass="5 kg")
 

@@ -238,6 +238,10 @@ def receptance_of(measured: xr.Dataset) -> Complexes:
 
 def pole_model(fit: xr.Dataset, added_mass: float = 0.0) -> PoleModel:
     """The fitted receptance for :mod:`autobalancer.measurement.loop`."""
+    if "place" in fit.dims:
+        raise QuestionError(
+            "receptance: this needs one place, and several were fitted; receptance_rotor makes a rotor of them"
+        )
     poles = fit["pole_real"].values + 1j * fit["pole_imag"].values
     return PoleModel(poles, fit["residue_real"].values + 1j * fit["residue_imag"].values, added_mass)
 
@@ -326,8 +330,10 @@ def _between_places(measured: xr.Dataset, **about: Any) -> xr.Dataset:
     shape = best[2 * count :].reshape(count, -1)[order]
     curve = fitted(best, frequency)
     dataset = measured.assign(
-        mode_frequency=("mode", own), mode_damping_ratio=("mode", ratio), mode_shape=(("mode", "place"), shape),
-        fitted_real=(("pair", "frequency"), curve.real), fitted_imag=(("pair", "frequency"), curve.imag),
+        mode_frequency=("mode", own, {"units": "rad/s"}), mode_damping_ratio=("mode", ratio, {"units": ""}),
+        mode_shape=(("mode", "place"), shape, {"units": "1/sqrt(kg)"}),
+        fitted_real=(("pair", "frequency"), curve.real, {"units": "m/N"}),
+        fitted_imag=(("pair", "frequency"), curve.imag, {"units": "m/N"}),
     ).assign_coords(place=places)  # fmt: skip
     kept = {name: poles.attrs[name] for name in ("band_low", "band_high", "noise", "warnings")}
     return dataset.assign_attrs({**measured.attrs, **provenance(), **kept, "modes": count, "fit_error": error})
