@@ -53,6 +53,7 @@ myst_heading_anchors = 3
 
 autosummary_generate = True
 autosummary_ignore_module_all = False
+autosummary_context = {"commands": command_tables.examples()}  # for _templates/autosummary/function.rst
 autodoc_typehints = "signature"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
@@ -69,6 +70,8 @@ sphinx_gallery_conf = {
     "subsection_order": [f"../examples/{topic}" for topic in TOPICS],
     "within_subsection_order": "FileNameSortKey",
     "download_all_examples": False,
+    "backreferences_dir": "reference/generated/backreferences",  # which examples, with their pictures, use a function
+    "doc_module": ("autobalancer",),
     "remove_config_comments": True,
     "show_memory": False,
     "write_computation_times": False,

@@ -14,16 +14,19 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import numpy as np
 import pytest
 import rich.console
 import typer
 import xarray as xr
+from tests.references import answer_schemas
 from typer.testing import CliRunner
 
 import autobalancer as ab
 from autobalancer.cli.main import Commands, app
 from autobalancer.cli.stability import usual_speeds as usual
+from autobalancer.cli.terminal import command as shell
 from autobalancer.cli.terminal import sheet
 from autobalancer.cli.terminal import sheet as words
 from autobalancer.cli.terminal.command import public
@@ -33,6 +36,7 @@ from autobalancer.cli.terminal.progress_bar import Console
 from autobalancer.cli.terminal.sheet import print_sheet, sheet_csv, sheet_si
 from autobalancer.errors import MachineFileError, QuestionError, ResultError, UnitError
 from autobalancer.files.samples import write_example
+from autobalancer.machine.schema import answer_schema
 from autobalancer.results.store import plain_json
 from autobalancer.stability.states.questions import eigenvalues, ranges
 from autobalancer.tables import Column
@@ -353,10 +357,45 @@ def test_an_answer_fits_80_columns_and_breaks_no_number(
 ) -> None:
     monkeypatch.chdir(folder)
     whole = Whole(monkeypatch)
+    given = json_as_well(monkeypatch)
     narrow = say(*shlex.split(line), columns=80)
+    fits_its_schema(line, *given[0])
     assert max(map(len, narrow.splitlines())) <= 80
     assert "…" not in narrow
     assert numbers_of(narrow) == whole.numbers(), "a number of the answer is broken"
+
+
+def json_as_well(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Any, Any]]:
+    """What a command would print with --json, and the answer that this is of, beside what it prints."""
+    found: list[tuple[Any, Any]] = []
+    answered = shell.answered
+
+    def heard(reply: Any, files: Any, unit: str, about: Any, **forms: Any) -> None:
+        found.append((shell.json_of(reply, about), reply.answer))
+        answered(reply, files, unit, about, **forms)
+
+    monkeypatch.setattr(shell, "answered", heard)
+    return found
+
+
+def fits_its_schema(line: str, plain: Any, answer: Any) -> None:
+    """The schema of the command knows every key, type and unit of its answer, and a validator agrees."""
+    name = " ".join(next(path for path in COMMANDS if tuple(line.split())[: len(path)] == path))
+    known, new = answer_schemas.shipped(), answer_schemas.schema_of(plain, answer)
+    if answer_schemas.WRITES:
+        known.pop("number", None)
+        answer_schemas.write(known | {name: answer_schemas.merged(known.get(name, {}), new)})
+        return
+    assert answer_schemas.merged(known[name], new) == known[name], "see tests/references/answer_schemas.py"
+    short = json.loads(json.dumps(first_of(plain_json(plain))), parse_constant=pytest.fail)
+    jsonschema.Draft202012Validator(answer_schema(name)).validate(short)
+
+
+def first_of(plain: Any) -> Any:
+    """The same with no more than three entries of each list, which are alike."""
+    if isinstance(plain, dict):
+        return {name: first_of(value) for name, value in plain.items()}
+    return [first_of(one) for one in plain[:3]] if isinstance(plain, list) else plain
 
 
 def test_a_rounded_angle_is_below_a_turn_and_a_rounded_zero_has_no_sign() -> None:
@@ -598,3 +637,34 @@ def test_a_check_lists_the_faults_of_a_job_as_those_of_a_job(tmp_path) -> None:
     assert result.exit_code == 2
     assert "runs[1].nmae: unknown key; did you mean 'name'" in result.stderr
     assert "rotor" not in result.stderr
+
+
+def test_files_written_beside_a_schema_name_it_to_editors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    say("example", "discoidal")
+    plain = (tmp_path / "discoidal.toml").read_text(encoding="utf-8")
+    assert not plain.startswith("#:schema")
+    say("keys", "--out", "races.schema.json")
+    say("keys", "--kind", "study", "--out", "study.schema.json")
+    say("example", "discoidal", "thin_oil", "oil_study", "deep_chamber")
+    heads = {path.stem: path.read_text(encoding="utf-8").splitlines()[0] for path in tmp_path.glob("*.toml")}
+    assert heads["thin_oil"] == "#:schema ./races.schema.json"
+    assert heads["oil_study"] == "#:schema ./study.schema.json"
+    assert not heads["deep_chamber"].startswith("#:schema"), "its schema is not there"
+    assert (tmp_path / "discoidal.toml").read_text(encoding="utf-8") == plain, "what is there is left as it is"
+    say("example", "thin_oil")
+    saved = ab.save_machine(ab.load_machine("thin_oil.toml"), "again.toml").read_text(encoding="utf-8")
+    assert saved.startswith("#:schema ./races.schema.json\n")
+    assert ab.load_machine("again.toml") == ab.load_machine("thin_oil.toml")
+
+
+def test_the_schema_of_an_answer_is_given_by_the_name_of_its_command(tmp_path: Path) -> None:
+    schema = json.loads(say("keys", "modes", "--kind", "answers"))
+    assert schema["properties"]["frequency"]["unit"] == "rad/s"
+    say("keys", "--kind", "answers", "--out", str(tmp_path / "answers.json"))
+    whole = json.loads((tmp_path / "answers.json").read_text(encoding="utf-8"))
+    assert {" ".join(path) for path in COMMANDS} - {"app"} == set(whole["$defs"]) - {"number"}
+    assert "has no schema of its answer" in " ".join(say("keys", "soup", "--kind", "answers", code=2).split())
+    wrong = json.loads(say("modes", RIGID, "--speed", "0 rpm", "--json")) | {"frequency": "fast"}
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(wrong, answer_schema("modes"))

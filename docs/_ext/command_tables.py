@@ -33,6 +33,16 @@ def functions() -> str:
     )
 
 
+def examples() -> dict[str, list[str]]:
+    """By the full name of a public function the command lines that ask it: the example of each help."""
+    found: dict[str, list[str]] = {}
+    for path, command in _walk("autobalancer", typer.main.get_command(app)):
+        name = function_of(path.removeprefix("autobalancer "))
+        lines = re.findall(r"^\$ (.*)$", _help(command.help or ""), re.MULTILINE)
+        found.setdefault(f"autobalancer.{name}", []).extend(lines if name else [])
+    return found
+
+
 def recipes() -> str:
     """The recipes that come with the package, each a section."""
     pages = (sample_files(name, RECIPES)[0].read_text(encoding="utf-8") for name in sample_names(*RECIPES))

@@ -193,13 +193,17 @@ def _of_version(entry: str, source: str) -> str:
 @command(out=None, topic="Files and results")
 def keys(
     table: Annotated[
-        str, typer.Argument(help='Table of the file, such as "rotor" or "balancers.races"; without one all tables.')
+        str,
+        typer.Argument(
+            help='Table of the file, such as "rotor" or "balancers.races", or of answers a command; without one all.'
+        ),
     ] = "",
     kind: Annotated[
         str,
-        "Of file: races or chambers (machines), design, chamber_design, study, film, balancing, measurements or channels.",
+        "Of file: races or chambers (machines), design, chamber_design, study, film, balancing, measurements or channels; "
+        "or answers: what a command prints with --json, as JSON schema.",
     ] = "races",
-    out: Annotated[Path | None, "JSON schema to write (.json), for editors."] = None,
+    out: Annotated[Path | None, "JSON schema to write; named races.schema.json, files written there name it."] = None,
 ) -> Reply:
     """List the keys of a machine file, or of another kind: value with unit and bounds, default, meaning.
 
@@ -209,14 +213,17 @@ def keys(
     from dataclasses import asdict
 
     from autobalancer.cli.terminal.sheet import print_facts
-    from autobalancer.machine.schema import Kind, file_schema, keys
+    from autobalancer.machine.schema import Kind, answer_schema, file_schema, keys
     from autobalancer.safe_file import write_text_safely
     from autobalancer.tables import Column, in_plain_letters
 
     if out is not None:
         check_suffix("--out", out, (".json",))
-        path = write_text_safely(out, json.dumps(file_schema(cast(Kind, kind)), indent=1) + chr(10))
+        schema = answer_schema(table) if kind == "answers" else file_schema(cast(Kind, kind))
+        path = write_text_safely(out, json.dumps(schema, indent=1) + chr(10))
         return Reply(None, {"written": str(path)}, code=f"written: {path}")
+    if kind == "answers":
+        return Reply(None, answer_schema(table), code=json.dumps(answer_schema(table), indent=1))
     found = keys(table, cast(Kind, kind))
     rows = [(head, key) for head, listed in found.items() for key in listed]
     names = ("name", "value", "default", "meaning")

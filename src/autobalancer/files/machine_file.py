@@ -17,7 +17,7 @@ from autobalancer.files.text_files import MACHINE, parsed_toml, read_table, read
 from autobalancer.machine import Disk, Machine, ShaftMaterial, ShaftSegment, Support
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.part import Part, quantity_of, unknown_key
-from autobalancer.machine.schema import OTHERS, other_kind
+from autobalancer.machine.schema import OTHERS, other_kind, schema_line
 from autobalancer.machine_kinds import CHAMBERS, RACES, Kind, machine_kind
 from autobalancer.safe_file import as_path, write_text_safely
 from autobalancer.units import shortened
@@ -144,7 +144,10 @@ def save_machine(machine: Machine | ChamberMachine, path: str | Path) -> Path:
     ResultError
         If the file cannot be written; an existing one is replaced only when the new one is complete.
     """
-    return write_text_safely(path, machine_text(machine))
+    text = machine_text(machine)
+    return write_text_safely(
+        path, schema_line(as_path(path).parent, parsed_toml(text, str(path), MachineFileError)) + text
+    )
 
 
 def _plain(value: Any) -> Any:

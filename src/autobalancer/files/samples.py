@@ -10,6 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from autobalancer.errors import CatalogError, QuestionError
+from autobalancer.machine.schema import schema_line
 from autobalancer.safe_file import write_text_safely
 
 _DATA = Path(str(files("autobalancer"))) / "catalog" / "data"
@@ -86,13 +87,17 @@ def write_example(name: str, folder: str | Path = ".", kinds: tuple[str, ...] = 
     """
     texts = {Path(folder) / path.name: path.read_text(encoding="utf-8") for path in sample_files(name, kinds)}
     for path, text in texts.items():
-        if path.exists() and not (path.is_file() and path.read_bytes() == text.encode()):
+        if path.exists() and not (
+            path.is_file() and re.sub(rb"\A#:schema .*\n", b"", path.read_bytes()) == text.encode()
+        ):
             raise QuestionError(
                 f"{path}: is there already with another content; move it, or choose another name or folder"
             )
     for path, text in texts.items():
         if not path.exists():
-            write_text_safely(path, text)
+            write_text_safely(
+                path, schema_line(path.parent, tomllib.loads(text)) + text if path.suffix == ".toml" else text
+            )
     return tuple(texts)
 
 

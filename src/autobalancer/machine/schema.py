@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from importlib import import_module
+from importlib.resources import files
+from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from autobalancer.errors import QuestionError
@@ -62,6 +65,26 @@ OF_MACHINES = {
 OF_ALL = {"name", "description"}
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
+ANSWERS = (
+    Path(str(files("autobalancer"))) / "catalog" / "data" / "answers.json"
+)  # schemas of what commands print with --json
+
+
+def schema_line(folder: Path, data: Mapping[str, Any]) -> str:
+    """The line that names to editors the schema of a file with these keys, if it lies there as KIND.schema.json."""
+    if not any(folder.glob("*.schema.json")):
+        return ""
+    kind = other_kind(data) or ("chambers" if "chambers" in data else "races")
+    return f"#:schema ./{kind}.schema.json\n" if (folder / f"{kind}.schema.json").is_file() else ""
+
+
+def answer_schema(command: str = "") -> dict[str, Any]:
+    """The JSON schema of what a command prints with --json; without a name of all, by their names in ``$defs``."""
+    whole: dict[str, Any] = json.loads(ANSWERS.read_text(encoding="utf-8"))
+    if command and command not in whole["$defs"]:
+        known = ", ".join(name for name in whole["$defs"] if name != "number")
+        raise QuestionError(f"command {command!r}: has no schema of its answer; there are {known}")
+    return {**whole["$defs"][command], **whole, "title": f"autobalancer {command} --json"} if command else whole
 
 
 def file_schema(kind: Kind = "races") -> dict[str, Any]:

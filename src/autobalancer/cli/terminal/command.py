@@ -453,8 +453,7 @@ def answered(
     for more in reply.also:
         more.save()
     if as_json:
-        plain = reply.json if reply.json is not None else as_plain(answer)
-        print_json({**about, **plain} if isinstance(plain, dict) else plain)
+        print_json(json_of(reply, about))
     elif as_csv:
         from autobalancer.cli.terminal.sheet import sheet_csv
 
@@ -474,6 +473,12 @@ def answered(
             raise typer.Exit(code)
     if reply.exit:
         raise typer.Exit(reply.exit)
+
+
+def json_of(reply: Reply, about: Mapping[str, Any]) -> Any:
+    """What --json prints: the answer in SI, with what was asked ``about``."""
+    plain = reply.json if reply.json is not None else as_plain(reply.answer)
+    return {**about, **plain} if isinstance(plain, dict) else plain
 
 
 def _show(reply: Reply, unit: str) -> None:

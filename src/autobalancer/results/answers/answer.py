@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import math
 import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -10,14 +11,18 @@ from html import escape
 from importlib import import_module
 from importlib.metadata import version
 from itertools import zip_longest
-from typing import Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 import xarray as xr
 
+from autobalancer.errors import ResultError
 from autobalancer.notebook import picture_html
 from autobalancer.results.display_units import AxisUnit, axis_unit, length_axis, length_text, moment_text, speed_axis
 from autobalancer.tables import Column, facts_text, html_table, rpm_and_si, text_table
+
+if TYPE_CHECKING:
+    import pandas as pd  # type: ignore[import-untyped]
 
 A = TypeVar("A", bound="Answer")
 MAKER = "autobalancer"
@@ -143,6 +148,12 @@ class Answer(xr.Dataset):
     def in_si(self) -> xr.Dataset:
         """What a file of comma-separated values holds, in SI."""
         return self.form().in_si(self)
+
+    def to_pandas_table(self) -> pd.DataFrame:
+        """The main table for pandas, in SI with units in the heads of its columns, as a .csv file has it."""
+        from pandas import DataFrame
+
+        return DataFrame(main_table(self))
 
     def shown(self, unit: str, *entries: Shown) -> list[Column]:
         """Variables as columns, speeds or frequencies in ``unit``."""
@@ -363,3 +374,86 @@ def _width(column: Column) -> int:
     head = f"{column.head} ({column.unit})" if column.unit else column.head
     ends = (*column.values[:4], *column.values[-4:])
     return max(len(head), *(len(text) for text in Column("", ends, form=column.form).cells()), 0)
+
+
+# The main table in SI, as files of comma-separated values and pandas have it.
+
+TABLE = 2  # dimensions that rows may follow
+
+
+def main_table(result: xr.Dataset) -> dict[str, np.ndarray]:
+    """The columns of the main table of a result by their heads, which have the units, in SI.
+
+    Rows follow the numeric dimensions of the largest group of variables; dimensions that only count or name, such as
+    balls and stations, become columns.
+
+    Raises
+    ------
+    ResultError
+        If it has no table.
+    """
+    if isinstance(result, Answer):
+        result = result.in_si()
+    rows = _row_dims(result)
+    if not rows:
+        raise ResultError("this result has no table; write it as .nc or .json")
+    index = [
+        result[name] if name in result.coords else xr.DataArray(np.arange(1, result.sizes[name] + 1), dims=name)
+        for name in rows
+    ]
+    grids = xr.broadcast(*index) if len(index) > 1 else index
+    heads = [_head(name, str(entry.attrs.get("units", ""))) for name, entry in zip(rows, index, strict=True)]
+    columns = [grid.transpose(*rows).values.ravel() for grid in grids]
+    for name, entry in result.variables.items():
+        if str(name) in rows or not set(rows) & set(entry.dims) or not set(entry.dims) - set(rows) <= _named(result):
+            continue
+        if not set(rows) <= set(entry.dims):
+            continue
+        others = [dim for dim in entry.dims if dim not in rows]
+        values = entry.transpose(*rows, *others).values.reshape(columns[0].size, -1)
+        for k, (place, unit) in enumerate(zip(_places(result, others), _units(result, entry, others), strict=True)):
+            heads.append(_head(f"{name}{place}", unit))
+            columns.append(values[:, k])
+    return dict(zip(heads, columns, strict=True))
+
+
+def _named(result: xr.Dataset) -> set[Any]:
+    """Dimensions that count or name things: they become columns."""
+    return {dim for dim in result.dims if dim not in result.coords or result[dim].dtype.kind not in "f"}
+
+
+def _row_dims(result: xr.Dataset) -> list[str]:
+    """The one or two numeric dimensions that span the most values; without any, the dimension of the most values."""
+    named = _named(result)
+    groups: dict[tuple[str, ...], int] = {}
+    for entry in result.data_vars.values():
+        dims = tuple(str(dim) for dim in entry.dims if dim not in named) or tuple(map(str, entry.dims[:1]))
+        if dims:
+            groups[dims] = groups.get(dims, 0) + entry.size
+
+    ranked = [(len(dims) if len(dims) <= TABLE and not named & set(dims) else 0, groups[dims], dims) for dims in groups]
+    return list(max(ranked)[2]) if ranked else []
+
+
+def _places(result: xr.Dataset, dims: list[Any]) -> list[str]:
+    """``[1]``, ``[2]`` or ``[B1]`` for each value of the dimensions that become columns."""
+    places = [""]
+    for dim in dims:
+        labels = result[dim].values if dim in result.coords else np.arange(1, result.sizes[dim] + 1)
+        places = [f"{place}[{label}]" for place in places for label in labels]
+    return places
+
+
+def _units(result: xr.Dataset, entry: Any, dims: list[Any]) -> list[str]:
+    """The unit of each such column: of the variable, or of its channel, which ``units`` says, in the form ``units_form``."""
+    own = str(entry.attrs.get("units", ""))
+    if own or "units" not in result.variables or not set(result["units"].dims) <= set(dims):
+        return [own] * math.prod(result.sizes[dim] for dim in dims)
+    form = str(entry.attrs.get("units_form", "{}"))
+    like = xr.DataArray(np.zeros([result.sizes[dim] for dim in dims]), dims=dims)
+    units = xr.broadcast(result["units"].reset_coords(drop=True), like)[0].transpose(*dims).values.ravel()
+    return [form.format(unit if unit.isalpha() or form == "{}" else f"({unit})") for unit in map(str, units)]
+
+
+def _head(name: str, unit: str) -> str:
+    return f"{name} [{unit}]" if unit and unit != "1" else name
