@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import autobalancer as ab
 from autobalancer.errors import QuestionError
@@ -160,6 +161,43 @@ def test_parameters_change_the_numbers_of_a_machine_as_the_assembly_does(name: s
     said = np.array([base.values[word] + change for word, change in changes.items()])
     assert said == pytest.approx(image.values[list(changes)], rel=1e-8)
     assert len(changes) > 10
+
+
+@compiler
+def test_balls_alone_are_the_element_of_the_package(tmp_path: Path) -> None:
+    text = (
+        (MACHINES / "rigid_rotor.toml")
+        .read_text()
+        .replace("[[balancers.races]]", "[[balancers.races]]\ncollisions = false")
+    )
+    machine = ab.parse_machine(text)
+    ab.export(machine, tmp_path / "balls", part="balancer")
+    c, element = Library(tmp_path / "balls"), ab.balancer_element(machine)
+    rows, n, draw = len(element.rows), element.state.size // 2, np.random.default_rng(1)
+    shaft, rotor, balls = 1e-4 * draw.normal(size=2 * rows), np.array([0.3, 200.0]), draw.normal(size=2 * n)
+    shapes = (rows + 1,), (rows + 1, rows + 1), (n,), (n, rows + 1)
+    found = [np.zeros(shape) for shape in shapes]
+    given = (ctypes.c_void_p(each.ctypes.data) for each in (shaft, rotor, balls, *found))
+    assert c.c.ab_element(c.create(), ctypes.c_double(0.0), *given) == 0
+    for one, other in zip(found, element.forms(0.0, shaft, rotor, balls), strict=True):
+        assert one == pytest.approx(other, rel=1e-14, abs=1e-300)
+    # a step with a shaft that accelerates, beside SciPy
+    one, acceleration = c.create(), np.array([0.3, -0.2, 50.0])
+    for i, value in enumerate([*shaft, *acceleration[:rows], *rotor, acceleration[rows]]):
+        assert c.c.ab_set_input(one, i, ctypes.c_double(value)) == 0
+
+    def rates(t: float, y: np.ndarray) -> np.ndarray:
+        q, v, a = shaft[:rows], shaft[rows:], acceleration[:rows]
+        moved = np.concatenate([q + t * v + 0.5 * t * t * a, v + t * a])
+        turned = np.array(
+            [rotor[0] + t * rotor[1] + 0.5 * t * t * acceleration[rows], rotor[1] + t * acceleration[rows]]
+        )
+        return element.rates(t, moved, turned, y, acceleration)[1]
+
+    exact = solve_ivp(rates, (0.0, 0.05), element.state, method="DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
+    assert c.step(one, 0.05) == pytest.approx(exact, abs=1e-7)
+    assert set(c.parameters) >= {"balancers[1].races[1].drag.damping"}
+    assert not any(path.startswith("drive") for path in c.parameters)
 
 
 def test_a_drive_from_outside_must_be_of_the_kind_of_the_machine(tmp_path: Path) -> None:

@@ -23,6 +23,7 @@ import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -33,6 +34,7 @@ from autobalancer.assembly.system import MASS_SPREAD, Assembly, assemble
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.fmi_description import Description, Variable, write_unit
 from autobalancer.files.machine_file import balls_in_races
+from autobalancer.kernels.balls.element import element
 from autobalancer.kernels.compiler.object_code import function_at, intermediate_code, object_code
 from autobalancer.kernels.integrators.integrator_state import no_switch, switch_type
 from autobalancer.kernels.integrators.recording import Record
@@ -46,6 +48,7 @@ from autobalancer.machine.path import entry_at, label_of_path, parameter_paths, 
 from autobalancer.results.labels import LABELS
 from autobalancer.safe_file import as_path, write_safely
 from autobalancer.simulation import ONE_RUN, run_duration
+from autobalancer.simulation.balancer_element import balancer_element
 from autobalancer.simulation.fluid_lag import fluid_lags
 from autobalancer.simulation.record import SampleTimes, record_for
 from autobalancer.simulation.steppers import Stepper, stepper_for
@@ -162,10 +165,15 @@ class Known(NamedTuple):
     fixed: tuple[str, ...]
 
 
-def parameters_of(machine: Machine, image_of: Callable[[Machine], Image]) -> Known:
-    """Which numbers of a machine may be changed in its block, which ``image_of`` makes."""
+def parameters_of(machine: Machine, image_of: Callable[[Machine], Image], within: tuple[str, ...] = ("",)) -> Known:
+    """Which numbers of a machine may be changed in its block, which ``image_of`` makes; paths begin with one of ``within``."""
     base = image_of(machine)
-    ignored = {word for name in UNDECIDED for word in range(base.data[name], base.data[name] + _length(base, name))}
+    ignored = {
+        word
+        for name in UNDECIDED
+        if name in base.data
+        for word in range(base.data[name], base.data[name] + _length(base, name))
+    }
 
     def changed(values: dict[str, float]) -> dict[int, float] | None:
         """Words with their changes where these numbers have other values; None if that is another kind of machine."""
@@ -188,7 +196,7 @@ def parameters_of(machine: Machine, image_of: Callable[[Machine], Image]) -> Kno
     fixed: list[str] = []
     for path in parameter_paths(machine):
         value = entry_at(machine, path)
-        if not isinstance(value, float) or value == 0.0 or not math.isfinite(value):
+        if not path.startswith(within) or not isinstance(value, float) or value == 0.0 or not math.isfinite(value):
             continue
         moved = [changed({path: value * factor}) for factor in FACTORS]
         kept = [m for m in moved if m is not None]
@@ -299,7 +307,6 @@ def change_by(term: Term, factors: Sequence[float] | Floats) -> float:
 # The block of a machine that is ready to run.
 
 
-VERSION = "0.2.0"
 LEAST_ADDRESS = 4096
 CHANGING = (
     "memory.clock", "memory.counts", "memory.state", "system.drive.now", "system.guided", "system.ties", "system.rigid.bound",
@@ -443,27 +450,120 @@ def _own_functions(image: Image) -> dict[int, Any]:
     return {word: law for word, law in found.items() if law is not None and word not in image.floats}
 
 
-def machine_data(ready: Prepared, image: Image, known: Known, options: _Options, end: float) -> str:
-    """The head file with the numbers of a machine."""
-    laws = _own_functions(image)
-    image.words[list(laws)] = 0
-    data, starts = image.data, image.starts
-    states, outputs = _states(ready.assembly), _outputs(ready, image)
-    segments = ready.assembly.system.drive.segments
+class Content(NamedTuple):
+    """What is exported: a machine, or its balls alone."""
+
+    source: str  # in C
+    image: Image
+    states: list[Variable]
+    outputs: list[Variable]
+    inputs: list[Variable]
+    numbers: dict[str, Any]  # names in C
+    tables: list[str]  # in C
+    kernels: dict[str, tuple[Any, Any]]
+    exchange: bool  # whether a host may integrate it
+
+
+def _content_of_machine(machine: Machine, options: _Options) -> Content:
+    ready = _prepared(machine, options)
+    image = ready.image()
+    data, starts, spans = image.data, image.starts, _spans(ready, image)
+    segments, outputs = ready.assembly.system.drive.segments, _outputs(ready, image)
     numbers = {
-        "STATE_COUNT": len(states), "OUTPUT_COUNT": len(outputs), "PARAMETER_COUNT": len(known.parameters),
-        "IDENTITY": zlib.crc32(image.words.tobytes()),
         "STATE": data["memory.state"], "CLOCK": data["memory.clock"], "COUNTS": data["memory.counts"],
         "TRIAL": data["memory.trial"], "STAGES": data["memory.stages"], "ABSOLUTE": data["memory.absolute"],
         "RELATIVE": data["memory.relative"], "SYSTEM": starts["system"], "PAIR": starts["pair"], "RECORD": starts["record"],
-        "MEMORY": starts["memory"], "SPAN_WORDS": sum(count for _, count in _spans(ready, image)),
+        "MEMORY": starts["memory"], "SPAN_WORDS": sum(count for _, count in spans),
         "INPUTS": starts["inputs"], "DESK": starts["desk"], "RING": data["ring"],
         "SAMPLE_TIMES": starts["record.sample_times"], "SAMPLES": starts["record.samples"],
         "SEGMENTS": data["system.drive.segments"], "SEGMENT_WORDS": segments.itemsize // WORD,
         "SEGMENT_COUNT": segments.size, "SEGMENT_NOW": data["system.drive.now"],
+        "INPUT": f'"{options.drive}"', "TOLERANCE": options.tolerance, "DURATION": options.duration,
     }  # fmt: skip
-    words = sorted({term.word for term in known.terms})
-    by_word = {word: [term for term in known.terms if term.word == word] for word in words}
+    tables = [
+        "enum { AB_NUMBER, AB_LENGTH, AB_LESS };",
+        "typedef struct { int kind, first, second; } ab_place;",
+        "typedef struct { int word, count; } ab_span;",
+        _array("ab_place ab_output_places", (f"{{{each.kind}, {each.first}, {each.second}}}" for each in outputs)),
+        _array("ab_span ab_spans", (f"{{{word}, {count}}}" for word, count in spans)),
+    ]
+    rates, switch = ready.stepper.moving
+    kernels = {
+        "ab_kernel_advance": (advance, None), "ab_kernel_rates": (rates, rhs_type.signature),
+        "ab_kernel_switch": (switch, switch_type.signature), "ab_kernel_observe": (observe, None),
+    }  # fmt: skip
+    shown, states = [each.about for each in outputs], _states(ready.assembly)
+    inputs = [DRIVEN[options.drive]] if options.drive else []
+    return Content("autobalancer.c", image, states, shown, inputs, numbers, tables, kernels, not _switches(ready))
+
+
+DRIVEN = {
+    "torque": Variable("torque", "N m", "torque of the drive, beside what the machine's own motor gives"),
+    "speed": Variable(
+        "speed_input", "rad/s", "speed at the end of a step; in Model Exchange the acceleration, rad/s^2"
+    ),
+}
+
+
+def _image_of_balls(machine: Machine, options: _Options) -> Image:
+    its = balancer_element(machine, seed=options.seed)
+    return Image(system=its.system, state=its.state)
+
+
+def _content_of_balls(machine: Machine, options: _Options) -> Content:
+    its = balancer_element(machine, seed=options.seed)
+    image, count, rows = _image_of_balls(machine, options), its.state.size // 2, its.rows
+    number = [str(i + 1) for i in range(count)]
+    states = [_labeled(name, i) for name in ("ball_angle_in_rotor", "ball_speed_in_rotor") for i in number]
+    states = [each._replace(start=float(start)) for each, start in zip(states, its.state, strict=True)]
+    # forces of rows and rotor; units of a slope are those of an angle and a moment
+    turning = [*("slope" if row.startswith("d") else "" for row in rows), "rotor"]
+    every = [*rows, "rotor angle"]
+    units = ["N m" if turn else "N" for turn in turning]
+    outputs = [Variable(f"force[{row}]", unit, f"on the shaft: {row}") for row, unit in zip(every, units, strict=True)]
+    outputs += [each._replace(start=0.0) for each in states]
+    outputs += [Variable(f"force_at_rest[{row}]", unit, f"the same without accelerations: {row}")
+                for row, unit in zip(every, units, strict=True)]  # fmt: skip
+    power = [1 if turn else 0 for turn in turning]
+    outputs += [
+        Variable(f"mass[{one},{other}]", ("kg", "kg m", "kg m^2")[power[i] + power[j]], "force over acceleration")
+        for i, one in enumerate(every)
+        for j, other in enumerate(every)
+    ]
+    inputs = [
+        Variable(f"{kind}[{row}]", ("rad" if turn else "m") + rate, f"{kind} of the shaft: {row}")
+        for kind, rate in (("deflection", ""), ("velocity", "/s"), ("acceleration", "/s^2"))
+        for row, turn in zip(rows, turning, strict=False)
+    ]
+    inputs += [
+        _labeled("rotor_angle"),
+        _labeled("speed"),
+        Variable("rotor_acceleration", "rad/s^2", "rotor acceleration"),
+    ]
+    balls = its.system.balls
+    numbers = {
+        "STATE": image.data["state"], "SYSTEM": image.starts["system"], "ROWS": len(rows), "TOLERANCE": options.tolerance,
+        "DECAY": float((balls.drag / balls.inertia).max(initial=0.0)),
+    }  # fmt: skip
+    return Content(
+        "balancer.c", image, states, outputs, inputs, numbers, [], {"ab_kernel_element": (element, None)}, True
+    )
+
+
+def machine_data(content: Content, known: Known, laws: dict[int, Any]) -> str:
+    """The head file with the numbers of what is exported."""
+    image = content.image
+    image.words[list(laws)] = 0
+    numbers = {
+        "VERSION": json.dumps(version("autobalancer")), "STATE_COUNT": len(content.states),
+        "OUTPUT_COUNT": len(content.outputs), "PARAMETER_COUNT": len(known.parameters), "INPUT_COUNT": len(content.inputs),
+        "IDENTITY": zlib.crc32(image.words.tobytes()), **content.numbers,
+    }  # fmt: skip
+    # terms of the parameters, word by word
+    by_word = {
+        word: [term for term in known.terms if term.word == word]
+        for word in sorted({term.word for term in known.terms})
+    }
     coefficients: list[float] = []
     factors: list[str] = []
     terms: list[str] = []
@@ -482,30 +582,23 @@ def machine_data(ready: Prepared, image: Image, known: Known, options: _Options,
         [
             "/* Written by autobalancer; not to be edited. Addresses among the words count from their begin, in bytes. */",
             "",
-            f'#define AB_VERSION "{VERSION}"',
-            f'#define AB_INPUT "{options.drive}"',
-            f"#define AB_TOLERANCE {options.tolerance!r}",
-            f"#define AB_DURATION {end!r}",
             *(f"#define AB_{name} {value}" for name, value in numbers.items()),
             "",
-            "enum { AB_NUMBER, AB_LENGTH, AB_LESS };",
             "typedef struct { int parameter, first, last; } ab_factor;",
             "typedef struct { double amplitude; int first, last; } ab_term;",
             "typedef struct { int word, first, last; } ab_changed_word;",
-            "typedef struct { int kind, first, second; } ab_place;",
             "typedef struct { int word; int32_t (*function)(void); } ab_function;",
-            "typedef struct { int word, count; } ab_span;",
             *(f"extern int32_t {LAW}{number}(void);" for number in range(len(laws))),
             "",
-            _array("ab_variable ab_states", map(_variable, states)),
-            _array("ab_variable ab_output_list", (_variable(each.about) for each in outputs)),
-            _array("ab_place ab_output_places", (f"{{{each.kind}, {each.first}, {each.second}}}" for each in outputs)),
+            _array("ab_variable ab_states", map(_variable, content.states)),
+            _array("ab_variable ab_output_list", map(_variable, content.outputs)),
             _array("ab_variable ab_parameter_list", map(_variable, known.parameters)),
+            _array("ab_variable ab_input_list", map(_variable, content.inputs)),
             _array("double ab_coefficients", map(repr, coefficients)),
             _array("ab_factor ab_factors", factors),
             _array("ab_term ab_terms", terms),
             _array("ab_changed_word ab_changed_words", changed),
-            _array("ab_span ab_spans", (f"{{{word}, {count}}}" for word, count in _spans(ready, image))),
+            *content.tables,
             _array("int ab_addresses", map(str, image.addresses)),
             _array("ab_function ab_functions", (f"{{{word}, {LAW}{number}}}" for number, word in enumerate(laws))),
             _array("int64_t ab_words", map(_literal, image.words.tolist())),
@@ -565,6 +658,7 @@ def export(
     machine: Machine | str | Path,
     out: str | Path,
     *,
+    part: Literal["machine", "balancer"] = "machine",
     drive: Literal["own", "speed", "torque"] = "own",
     fmi: Literal["2.0", "3.0"] = "2.0",
     duration: float | str | None = None,
@@ -579,6 +673,8 @@ def export(
         A machine or the path of a machine file.
     out
         A folder, which is made, or a file ``NAME.fmu``.
+    part
+        The whole machine, or its balls alone, for a shaft that the other program moves: in its motion, out forces and balls.
     drive
         Whether the drive is that of the machine, or a speed (rad/s) or torque (N m) comes from outside.
     fmi
@@ -605,51 +701,51 @@ def export(
     """
     machine = balls_in_races(machine)
     end, place = run_duration(machine, duration), as_path(out)
-    for name, value, allowed in (("drive", drive, ("own", "speed", "torque")), ("fmi", fmi, ("2.0", "3.0"))):
+    for name, value, allowed in (
+        ("part", part, ("machine", "balancer")), ("drive", drive, ("own", "speed", "torque")), ("fmi", fmi, ("2.0", "3.0")),
+    ):  # fmt: skip
         if value not in allowed:
             raise QuestionError(f"{name}: given {value!r}; must be {' or '.join(map(repr, allowed))}")
     options = _Options("" if drive == "own" else drive, seed, tolerance, end)
     if drive != "own":
         _refuse_drive(machine, drive)
-    ready = _prepared(machine, options)
-    image = ready.image()
-    known = parameters_of(machine, lambda other: _image_of(other, options))
-    laws = _own_functions(image)
-    data = machine_data(ready, image, known, options, end)
-    code = intermediate_code(_kernels(ready, laws))
+    content = (_content_of_balls if part == "balancer" else _content_of_machine)(machine, options)
+    image_of, within = (_image_of_balls, ("balancers", "gravity")) if part == "balancer" else (_image_of, ("",))
+    known = parameters_of(machine, lambda other: image_of(other, options), within)
+    laws = _own_functions(content.image)
+    data = machine_data(content, known, laws)
+    code = intermediate_code(
+        {**content.kernels, **{f"{LAW}{number}": (law, None) for number, law in enumerate(laws.values())}}
+    )
     unit = place.suffix == ".fmu"
     name = re.sub(r"\W+", "_", place.stem).strip("_") or "machine"
     name = name if name[0].isalpha() else f"m_{name}"
     with tempfile.TemporaryDirectory() as work:
         folder = Path(work)
-        for text in ("autobalancer.h", "autobalancer.c", "fmi.c" if unit else "example.c"):
+        extra = "fmi.c" if unit else "example.c"
+        for text in ("autobalancer.h", "block.c", content.source, *([extra] if unit or part == "machine" else [])):
             shutil.copy(SOURCES / text, folder)
         token = str(uuid.uuid5(uuid.NAMESPACE_OID, data + fmi))
-        (folder / "machine_data.h").write_text(data + f'#define AB_TOKEN "{token}"\n', "utf-8")
+        (folder / "machine_data.h").write_text(f'{data}#define AB_TOKEN "{token}"\n', "utf-8")
         (folder / "kernels.ll").write_text(code, "utf-8")
-        built, missing = _built(folder, code, name, unit, fmi)
+        defined = [f'-DAB_SOURCE="{content.source}"', f"-DFMI_VERSION={fmi[0]}"] if unit else []
+        built, missing = _built(folder, code, name, [*defined, extra if unit else content.source])
         if unit:
-            missing += _no_exchange(ready)
-            about = Description(name, machine.name, token, fmi, end, tolerance, options.drive, not _switches(ready))
-            shown = [each.about for each in _outputs(ready, image)]
-            write_unit(place, folder, about, _states(ready.assembly), shown, known.parameters, built)
+            missing += "" if content.exchange else NO_EXCHANGE
+            about = Description(name, machine.name, token, fmi, end, tolerance, content.exchange)
+            write_unit(place, folder, about, content.states, content.outputs, known.parameters, content.inputs, built)
         else:
             place.mkdir(parents=True, exist_ok=True)
             for source in folder.iterdir():
                 write_safely(place / source.name, partial(shutil.copyfile, source))
-    outputs = tuple(each.about.name for each in _outputs(ready, image))
+    outputs = tuple(each.name for each in content.outputs)
     return Exported(place, tuple(built), tuple(one.name for one in known.parameters), known.fixed, outputs, missing)
 
 
-def _kernels(ready: Prepared, laws: dict[int, Any]) -> dict[str, tuple[Any, Any]]:
-    rates, switch = ready.stepper.moving
-    return {
-        "ab_kernel_advance": (advance, None),
-        "ab_kernel_rates": (rates, rhs_type.signature),
-        "ab_kernel_switch": (switch, switch_type.signature),
-        "ab_kernel_observe": (observe, None),
-        **{f"{LAW}{number}": (law, None) for number, law in enumerate(laws.values())},
-    }
+NO_EXCHANGE = (
+    " It has Co-Simulation only: its balls stick or touch rigidly, which the steps of the machine must find; without "
+    "`friction`, and with a soft contact or none, there is Model Exchange too."
+)
 
 
 def _refuse_drive(machine: Machine, drive: str) -> None:
@@ -670,16 +766,7 @@ def _refuse_drive(machine: Machine, drive: str) -> None:
         )
 
 
-def _no_exchange(ready: Prepared) -> str:
-    if not _switches(ready):
-        return ""
-    return (
-        " It has Co-Simulation only: its balls stick or touch rigidly, which the steps of the machine must find; without "
-        "`friction`, and with a soft contact, there is Model Exchange too."
-    )
-
-
-def _built(folder: Path, code: str, name: str, unit: bool, fmi: str) -> tuple[dict[str, Path], str]:
+def _built(folder: Path, code: str, name: str, own: Sequence[str]) -> tuple[dict[str, Path], str]:
     """Libraries for each system in the folder, and why one is missing."""
     built, missing = {}, []
     for system, (target, compilers) in TARGETS.items():
@@ -689,10 +776,9 @@ def _built(folder: Path, code: str, name: str, unit: bool, fmi: str) -> tuple[di
             continue
         (folder / f"kernels_{system}.o").write_bytes(object_code(code, system))
         library = folder / LIBRARY[system].format(name=name)
-        own = [*COMMON, f"-DFMI_VERSION={fmi[0]}"] if unit else list(COMMON)
-        own = [option for option in own if system == "linux" or option != "-fPIC"]
+        common = [option for option in COMMON if system == "linux" or option != "-fPIC"]
         link = ["-shared", "-fvisibility=hidden", f"kernels_{system}.o", "-o", library.name, "-lm"]
-        _run([*compiler, *own, "fmi.c" if unit else "autobalancer.c", *link], folder)
+        _run([*compiler, *common, *own, *link], folder)
         built[system] = library
     if not built:
         raise QuestionError(

@@ -317,6 +317,9 @@ def stepped_response(
 def export(
     machine: MachineFile,
     out: Annotated[Path, "NAME.fmu, or a folder for a library in C with its sources."],
+    part: Annotated[
+        str, "machine; or balancer: its balls alone, for a shaft that the other program moves."
+    ] = "machine",
     drive: Annotated[str, "own: that of the machine; speed or torque: given from outside."] = "own",
     fmi: Annotated[str, "Version of an FMU: 2.0 or 3.0."] = "2.0",
     duration: Annotated[float | None, In("s"), 'Such as "20 s"; by default run.duration of the file.'] = None,
@@ -330,7 +333,7 @@ def export(
     Example: autobalancer export two_plane_rotor.toml --out two_planes.fmu
     """
     described: Any = ab.load_machine(machine)
-    kept: Any = {"drive": drive, "fmi": fmi, "duration": duration, "tolerance": tolerance, "seed": seed}
+    kept: Any = {"part": part, "drive": drive, "fmi": fmi, "duration": duration, "tolerance": tolerance, "seed": seed}
     written = ab.export(described, out, **kept)
     facts = [
         ("for", ", ".join(written.systems)),

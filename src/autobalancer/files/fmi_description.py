@@ -45,7 +45,6 @@ class Description(NamedTuple):
     version: str
     end: float
     tolerance: float
-    drive: str  # speed or torque, given from outside; empty: its own
     exchange: bool  # whether an importer may integrate it
 
 
@@ -56,10 +55,11 @@ def write_unit(
     states: Sequence[Variable],
     outputs: Sequence[Variable],
     parameters: Sequence[Variable],
+    inputs: Sequence[Variable],
     libraries: Mapping[str, Path],
 ) -> None:
     """The archive with description, libraries and sources, which stand in a folder."""
-    description = model_description(about, states, outputs, parameters)
+    description = model_description(about, states, outputs, parameters, inputs)
 
     def write(path: Path) -> None:
         with ZipFile(path, "w", ZIP_DEFLATED) as archive:
@@ -82,7 +82,11 @@ def _add(archive: ZipFile, name: str, content: bytes) -> None:
 
 
 def model_description(
-    about: Description, states: Sequence[Variable], outputs: Sequence[Variable], parameters: Sequence[Variable]
+    about: Description,
+    states: Sequence[Variable],
+    outputs: Sequence[Variable],
+    parameters: Sequence[Variable],
+    inputs: Sequence[Variable],
 ) -> str:
     """``modelDescription.xml``."""
     three = about.version == "3.0"
@@ -104,7 +108,6 @@ def model_description(
         "CoSimulation",
         {"modelIdentifier": about.identifier, "canHandleVariableCommunicationStepSize": "true", **able},
     )
-    inputs = [_drive_input(about)] if about.drive else []
     _units(root, {v.unit for v in (*states, *outputs, *parameters, *inputs)} | {_rate(v.unit) for v in states} | {"s"})
     ElementTree.SubElement(
         root, "DefaultExperiment", {"startTime": "0", "stopTime": repr(about.end), "tolerance": repr(about.tolerance)}
@@ -130,14 +133,6 @@ def model_description(
     _structure(root, len(states), len(outputs), three)
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
-
-
-def _drive_input(about: Description) -> Variable:
-    if about.drive == "torque":
-        return Variable("torque", "N m", "torque of the drive, beside what the machine's own motor gives")
-    return Variable(
-        "speed", "rad/s", "speed of the rotor at the end of a step; in Model Exchange its acceleration, rad/s^2"
-    )
 
 
 def _rate(unit: str) -> str:

@@ -1,30 +1,18 @@
-/* What is declared in autobalancer.h, around the compiled kernels; the numbers of the machine are in machine_data.h. */
-
-#include "autobalancer.h"
-
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include "machine_data.h"
+/* A whole machine, as declared in autobalancer.h, around the compiled kernels. */
 
 #define CHUNK 20000
 #define AHEAD 16
 enum { TIME, STEP, END, LONGEST, ERROR, TAKEN };                /* of the clock */
 enum { ACCEPTED, REJECTED, EVALUATIONS, NEXT_SAMPLE, FRESH = 7 }; /* of the counts */
+enum { RUNNING, FINISHED };
 
-struct ab_machine {
-    int64_t *words; /* the block of the machine, on a cache line */
-    void *memory;   /* as it was allocated */
-    double parameters[AB_PARAMETER_COUNT + 1];
-    double input;
-    int has_input; /* a new one was given: the next step leads to it */
-    /* What is shown, of which the integration may be ahead: its steps do not depend on where somebody looks. */
-    double time, state[AB_STATE_COUNT];
-    double ahead_times[AHEAD], ahead[AHEAD * AB_STATE_COUNT]; /* states where somebody will look if he goes on as now */
-    int64_t count;
+/* The integration may be ahead of what is shown: its steps do not depend on where somebody looks. */
+#define AB_FURTHER                                                                                            \
+    double ahead_times[AHEAD], ahead[AHEAD * AB_STATE_COUNT]; /* where somebody will look if he goes on as now */ \
+    int64_t count;                                                                                            \
     int64_t before[AB_SPAN_WORDS]; /* what a step changes, as the last one began */
-};
+
+#include "block.c"
 
 /* Kernels: int32_t name(result *, void **, arguments); a function as an argument is three words. */
 typedef int32_t ab_rates_function(void *, void **, double, const double *, double *, void *);
@@ -35,53 +23,6 @@ extern int32_t ab_kernel_advance(int64_t *, void **, void *, void *, void *, voi
                                  void *, int64_t);
 extern int32_t ab_kernel_observe(void *, void **, void *, void *, void *, void *, int64_t, int64_t, double *, int64_t, int64_t,
                                  int64_t, int64_t, int64_t, int64_t, int64_t, void *);
-
-enum { RUNNING, FINISHED };
-
-static double *floats(const ab_machine *m, size_t word) { return (double *)(m->words + word); }
-static void *at(const ab_machine *m, size_t word) { return m->words + word; }
-
-static void move_addresses(int64_t *words, int64_t by) {
-    for (size_t i = 0; i < sizeof ab_addresses / sizeof *ab_addresses; i++) words[ab_addresses[i]] += by;
-}
-
-static const struct { ab_variable *list; int count; } lists[] = {
-    {(ab_variable *)ab_states, AB_STATE_COUNT},
-    {(ab_variable *)ab_output_list, AB_OUTPUT_COUNT},
-    {(ab_variable *)ab_parameter_list, AB_PARAMETER_COUNT},
-};
-
-int ab_count(int list) { return list < 0 || list > AB_PARAMETERS ? 0 : lists[list].count; }
-const ab_variable *ab_list(int list) { return list < 0 || list > AB_PARAMETERS ? NULL : lists[list].list; }
-const char *ab_version(void) { return AB_VERSION; }
-const char *ab_input_kind(void) { return AB_INPUT; }
-
-/* Terms of the parameters: w = w0 + sum of A (product of f(v / v0) - 1). */
-static void apply_parameters(ab_machine *m, int state_too) {
-    for (size_t i = 0; i < AB_WORD_COUNT; i++) {
-        const ab_changed_word *w = ab_changed_words + i;
-        int start = w->word >= AB_STATE && w->word < AB_STATE + AB_STATE_COUNT;
-        if (start && !state_too) continue;
-        double value, change = 0.0;
-        memcpy(&value, ab_words + w->word, sizeof value);
-        for (int t = w->first; t < w->last; t++) {
-            double product = 1.0;
-            for (int f = ab_terms[t].first; f < ab_terms[t].last; f++) {
-                const ab_factor *factor = ab_factors + f;
-                double x = m->parameters[factor->parameter] / ab_parameter_list[factor->parameter].start - 1.0, sum = 0.0;
-                for (int k = factor->last - 1; k >= factor->first; k--) sum = (sum + ab_coefficients[k]) * x;
-                product *= 1.0 + sum;
-            }
-            change += ab_terms[t].amplitude * (product - 1.0);
-        }
-        *floats(m, w->word) = change == 0.0 ? value : value + change;
-    }
-}
-
-static void link_functions(ab_machine *m) {
-    for (size_t i = 0; i < sizeof ab_functions / sizeof *ab_functions; i++)
-        if (ab_functions[i].word) m->words[ab_functions[i].word] = (int64_t)(intptr_t)ab_functions[i].function;
-}
 
 /* The state that the integration has reached is the one that is shown. */
 static void show(ab_machine *m) {
@@ -100,64 +41,7 @@ static void settle(ab_machine *m) {
     m->words[AB_COUNTS + FRESH] = 0;
 }
 
-static void start(ab_machine *m) {
-    memcpy(m->words, ab_words, sizeof ab_words);
-    move_addresses(m->words, (int64_t)(intptr_t)m->words);
-    apply_parameters(m, 1);
-    link_functions(m);
-    m->has_input = 0;
-    show(m);
-}
-
-ab_machine *ab_create(void) {
-#if defined(__x86_64__) && (defined(__GNUC__) || defined(__clang__))
-    __builtin_cpu_init();
-    if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) return NULL;
-#endif
-    ab_machine *m = calloc(1, sizeof *m);
-    if (m == NULL || (m->memory = malloc(sizeof ab_words + 64)) == NULL) {
-        free(m);
-        return NULL;
-    }
-    m->words = (int64_t *)(((uintptr_t)m->memory + 63) & ~(uintptr_t)63);
-    for (int i = 0; i < AB_PARAMETER_COUNT; i++) m->parameters[i] = ab_parameter_list[i].start;
-    start(m);
-    return m;
-}
-
-void ab_free(ab_machine *m) {
-    if (m != NULL) free(m->memory);
-    free(m);
-}
-
-void ab_reset(ab_machine *m) { start(m); }
-
-double ab_parameter(const ab_machine *m, int number) {
-    return number < 0 || number >= AB_PARAMETER_COUNT ? NAN : m->parameters[number];
-}
-
-int ab_set_parameter(ab_machine *m, int number, double value) {
-    if (number < 0 || number >= AB_PARAMETER_COUNT) return AB_WRONG;
-    const ab_variable *its = ab_parameter_list + number;
-    if (!(value >= its->least && value <= its->greatest)) return AB_WRONG;
-    m->parameters[number] = value;
-    settle(m);
-    apply_parameters(m, m->time == 0.0);
-    show(m);
-    return AB_OK;
-}
-
-int ab_set_input(ab_machine *m, double value) {
-    if (AB_INPUT[0] == 0 || !isfinite(value)) return AB_WRONG;
-    m->has_input = m->has_input || value != m->input;
-    m->input = value;
-    return AB_OK;
-}
-
-double ab_time(const ab_machine *m) { return m->time; }
 int64_t ab_steps_taken(const ab_machine *m) { return m->words[AB_COUNTS + ACCEPTED]; }
-
-void ab_state(const ab_machine *m, double *state) { memcpy(state, m->state, sizeof m->state); }
 
 int ab_set_state(ab_machine *m, double time, const double *state) {
     for (int i = 0; i < AB_STATE_COUNT; i++)
@@ -224,11 +108,11 @@ static void follow_input(ab_machine *m, double end) {
     if (AB_INPUT[0] == 's') {
         segment[0] = m->time;
         segment[2] = m->state[5];
-        segment[3] = m->has_input && end > m->time ? (m->input - m->state[5]) / (end - m->time) : 0.0;
+        segment[3] = m->has_input && end > m->time ? (m->input[0] - m->state[5]) / (end - m->time) : 0.0;
         settle(m);
     } else if (m->has_input) {
         segment[0] = m->time;
-        segment[2] = m->input;
+        segment[2] = m->input[0];
         segment[3] = 0.0;
         settle(m);
     }
@@ -313,28 +197,27 @@ void ab_outputs(ab_machine *m, double *outputs) {
     memcpy(at(m, AB_STATE), shown, sizeof shown);
 }
 
-/* Saved are the block with addresses from its begin, and what stands beside it. */
-size_t ab_saved_size(void) { return sizeof(int64_t) + sizeof ab_words + sizeof(ab_machine); }
+#ifdef FMI_VERSION
 
-void ab_save(const ab_machine *m, void *bytes) {
-    char *place = bytes;
-    int64_t identity = AB_IDENTITY;
-    memcpy(place, &identity, sizeof identity);
-    memcpy(place + sizeof identity, m->words, sizeof ab_words);
-    move_addresses((int64_t *)(place + sizeof identity), -(int64_t)(intptr_t)m->words);
-    memcpy(place + sizeof identity + sizeof ab_words, m, sizeof *m);
+/* For an importer that integrates itself: rates, the next corner of the drive, and the size of a state. */
+static int host_rates(ab_machine *m, double time, const double *state, double *rates) {
+    if (AB_INPUT[0]) {
+        double *segment = floats(m, AB_SEGMENTS); /* a torque, or the acceleration of a given speed */
+        segment[0] = time, segment[2] = AB_INPUT[0] == 's' ? state[5] : m->input[0];
+        segment[3] = AB_INPUT[0] == 's' ? m->input[0] : 0.0;
+    }
+    return ab_derivatives(m, time, state, rates);
 }
 
-int ab_restore(ab_machine *m, const void *bytes) {
-    const char *place = bytes;
-    int64_t identity, *words = m->words;
-    void *memory = m->memory;
-    memcpy(&identity, place, sizeof identity);
-    if (identity != AB_IDENTITY) return AB_WRONG;
-    memcpy(words, place + sizeof identity, sizeof ab_words);
-    move_addresses(words, (int64_t)(intptr_t)words);
-    memcpy(m, place + sizeof identity + sizeof ab_words, sizeof *m);
-    m->words = words, m->memory = memory;
-    link_functions(m);
-    return AB_OK;
+static double corner_after(ab_machine *m, double time) {
+    if (AB_INPUT[0]) return INFINITY;
+    enter_segment(m, time);
+    int64_t next = m->words[AB_SEGMENT_NOW] + 1;
+    return next < AB_SEGMENT_COUNT ? *floats(m, AB_SEGMENTS + next * AB_SEGMENT_WORDS) : INFINITY;
 }
+
+static void begin_drive(ab_machine *m) { m->words[AB_SEGMENT_NOW] = 0; }
+
+static double size_of(const ab_machine *m, int i) { return floats(m, AB_ABSOLUTE)[i] / AB_TOLERANCE; }
+
+#endif

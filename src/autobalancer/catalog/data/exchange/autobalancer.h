@@ -1,4 +1,4 @@
-/* A rotor with an automatic ball balancer, exported by the Python package autobalancer. All numbers are SI.
+/* A rotor with an automatic ball balancer, or its balls alone (balancer.c), exported by the Python package autobalancer. All numbers are SI.
 
    One call of ab_create gives one machine with memory of its own. Different machines may be used by different threads at
    once; one machine by one thread at a time. Functions that return a status give AB_OK (0) or one of the values below. */
@@ -39,7 +39,7 @@ typedef struct {
 } ab_variable;
 
 /* What there is; the lists have AB_..._COUNT entries, see ab_count. */
-enum { AB_STATES, AB_OUTPUTS, AB_PARAMETERS };
+enum { AB_STATES, AB_OUTPUTS, AB_PARAMETERS, AB_INPUT_LIST };
 AB_API int ab_count(int list);
 AB_API const ab_variable *ab_list(int list);
 AB_API const char *ab_version(void);
@@ -53,10 +53,9 @@ AB_API void ab_reset(ab_machine *machine); /* back to time 0, with the parameter
 AB_API double ab_parameter(const ab_machine *machine, int number);
 AB_API int ab_set_parameter(ab_machine *machine, int number, double value);
 
-/* Where the machine was exported for it: speed (rad/s) or torque (N m) of the drive, see ab_input_kind. A speed is reached at
-   the end of the next step. */
-AB_API const char *ab_input_kind(void); /* "", "speed" or "torque" */
-AB_API int ab_set_input(ab_machine *machine, double value);
+/* Inputs, as the list says. A speed of the rotor is reached at the end of the next step, a torque acts at once. Of balls alone:
+   the motion of the shaft, which goes on with the accelerations that were given until new ones are. */
+AB_API int ab_set_input(ab_machine *machine, int number, double value);
 
 AB_API double ab_time(const ab_machine *machine);
 AB_API void ab_state(const ab_machine *machine, double *state);
@@ -68,10 +67,16 @@ AB_API int ab_derivatives(ab_machine *machine, double time, const double *state,
 /* Integrate up to a time and stop there. */
 AB_API int ab_step(ab_machine *machine, double time);
 /* Integrate up to a time, with the states (count rows) at ascending times on the way: the steps do not depend on them, so
-   that the numbers are those of the package to the last bit. */
+   that the numbers are those of the package to the last bit. Not of balls alone. */
 AB_API int ab_run(ab_machine *machine, double end, const double *times, size_t count, double *states);
 AB_API void ab_set_tolerance(ab_machine *machine, double tolerance);
 AB_API int64_t ab_steps_taken(const ab_machine *machine);
+
+/* Balls alone: with the accelerations a of the R rows and of the rotor angle, forces are  force - mass a  (R + 1 numbers and
+   a square matrix, row by row) and accelerations of the n balls  push - lean a. shaft has 2 R numbers, deflections and
+   velocities, rotor angle and speed, balls 2 n, angles and speeds in the rotor. The state of the machine does not matter. */
+AB_API int ab_element(ab_machine *machine, double time, const double *shaft, const double *rotor, const double *balls,
+                      double *force, double *mass, double *push, double *lean);
 
 /* All outputs at the present state. */
 AB_API void ab_outputs(ab_machine *machine, double *outputs);

@@ -1,11 +1,13 @@
-/* The machine as a functional mock-up unit: the interface of FMI 2.0 (FMI_VERSION 2) or 3.0 (3) around autobalancer.c.
+/* The machine as a functional mock-up unit: the interface of FMI 2.0 (FMI_VERSION 2) or 3.0 (3) around a
+   machine (AB_SOURCE "autobalancer.c") or balls alone ("balancer.c").
 
-   Value references: 0 time; FIRST_STATE and FIRST_RATE + number of a state; FIRST_OUTPUT, FIRST_PARAMETER + number; INPUT. */
+   Value references: 0 time; FIRST_STATE and FIRST_RATE + number of a state; FIRST_OUTPUT, FIRST_PARAMETER,
+   FIRST_INPUT + number. */
 
 #ifndef AB_API
 #define AB_API static
 #endif
-#include "autobalancer.c"
+#include AB_SOURCE
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -16,7 +18,7 @@
 #define EXPORT __attribute__((visibility("default")))
 #endif
 
-enum { FIRST_STATE = 1000, FIRST_RATE = 2000, FIRST_OUTPUT = 3000, FIRST_PARAMETER = 4000, INPUT = 5000 };
+enum { FIRST_STATE = 1000, FIRST_RATE = 2000, FIRST_OUTPUT = 3000, FIRST_PARAMETER = 4000, FIRST_INPUT = 5000 };
 enum { OK, WARNING, DISCARD, FAILED, FATAL };
 #define NEAR 1e-6 /* step of a difference, relative to the size of a number */
 
@@ -94,12 +96,8 @@ static void bring(unit *u) {
 }
 
 static int rates_of(unit *u, const double *state, double *rates) {
-    if (u->exchange && AB_INPUT[0]) {
-        double *segment = floats(u->machine, AB_SEGMENTS); /* a torque, or the acceleration of a given speed */
-        segment[0] = u->time, segment[2] = AB_INPUT[0] == 's' ? state[5] : u->machine->input;
-        segment[3] = AB_INPUT[0] == 's' ? u->machine->input : 0.0;
-    }
-    return ab_derivatives(u->machine, u->exchange ? u->time : ab_time(u->machine), state, rates);
+    if (u->exchange) return host_rates(u->machine, u->time, state, rates);
+    return ab_derivatives(u->machine, ab_time(u->machine), state, rates);
 }
 
 static int get(unit *u, unsigned reference, double *value) {
@@ -108,8 +106,8 @@ static int get(unit *u, unsigned reference, double *value) {
     if (!u->exchange) ab_state(u->machine, u->state), u->time = ab_time(u->machine);
     if (reference == 0)
         *value = u->time;
-    else if (reference >= INPUT)
-        *value = u->machine->input;
+    else if (reference >= FIRST_INPUT && number < AB_INPUT_COUNT)
+        *value = u->machine->input[number];
     else if (reference >= FIRST_PARAMETER && number < AB_PARAMETER_COUNT)
         *value = ab_parameter(u->machine, (int)number);
     else if (reference >= FIRST_OUTPUT && reference < FIRST_PARAMETER && number < AB_OUTPUT_COUNT) {
@@ -128,15 +126,15 @@ static int get(unit *u, unsigned reference, double *value) {
 static int set(unit *u, unsigned reference, double value) {
     unsigned number = reference % 1000;
     u->known = 0;
-    if (reference >= FIRST_PARAMETER && reference < INPUT) {
+    if (reference >= FIRST_PARAMETER && reference < FIRST_INPUT) {
         if (ab_set_parameter(u->machine, (int)number, value) != AB_OK)
             return complain(u, FAILED, "parameter %s: given %g, allowed from %g to %g", ab_parameter_list[number].name, value,
                             ab_parameter_list[number].least, ab_parameter_list[number].greatest);
         if (u->time == 0.0) ab_state(u->machine, u->state);
         return OK;
     }
-    if (reference >= INPUT) {
-        if (ab_set_input(u->machine, value) != AB_OK) return complain(u, FAILED, "input: given %g", value);
+    if (reference >= FIRST_INPUT) {
+        if (ab_set_input(u->machine, (int)number, value) != AB_OK) return complain(u, FAILED, "input %u: given %g", number, value);
         return OK;
     }
     if (reference >= FIRST_STATE && reference < FIRST_RATE && number < AB_STATE_COUNT) {
@@ -172,27 +170,19 @@ static int step(unit *u, double time, double length) {
                                                            : "at %g s the motion grew without limit", ab_time(u->machine));
 }
 
-/* The next corner of the drive; infinite if there is none. */
-static double next_corner(unit *u) {
-    if (AB_INPUT[0]) return INFINITY;
-    enter_segment(u->machine, u->time);
-    int64_t next = u->machine->words[AB_SEGMENT_NOW] + 1;
-    return next < AB_SEGMENT_COUNT ? *floats(u->machine, AB_SEGMENTS + next * AB_SEGMENT_WORDS) : INFINITY;
-}
-
 /* Derivative of some numbers in a direction of states and input, by a central difference. */
 static int directional(unit *u, const unsigned *wanted, size_t count, const unsigned *known, size_t given, const double *seed,
                        double *values) {
-    double *before = malloc((count + 1) * sizeof *before), kept[AB_STATE_COUNT], input = u->machine->input, size = 0.0;
+    double *before = malloc((count + 1) * sizeof *before), kept[AB_STATE_COUNT], input[AB_INPUT_COUNT + 1], size = 0.0;
     int status = before == NULL ? FAILED : OK;
     if (!u->exchange) ab_state(u->machine, u->state);
-    memcpy(kept, u->state, sizeof kept);
+    memcpy(kept, u->state, sizeof kept), memcpy(input, u->machine->input, sizeof input);
     for (size_t i = 0; i < given; i++) size = fmax(size, fabs(seed[i]));
     for (int side = -1; side <= 1 && status == OK && size > 0.0; side += 2) {
         double by = side * NEAR / size;
         for (size_t i = 0; i < given; i++) {
-            if (known[i] >= INPUT)
-                u->machine->input = input + by * seed[i];
+            if (known[i] >= FIRST_INPUT)
+                u->machine->input[known[i] - FIRST_INPUT] = input[known[i] - FIRST_INPUT] + by * seed[i];
             else if (known[i] >= FIRST_STATE && known[i] < FIRST_RATE)
                 u->state[known[i] - FIRST_STATE] = kept[known[i] - FIRST_STATE] + by * seed[i];
         }
@@ -200,8 +190,7 @@ static int directional(unit *u, const unsigned *wanted, size_t count, const unsi
         u->known = 0, u->exchange = 1;
         status = get_all(u, wanted, count, side < 0 ? before : values);
         u->exchange = exchange;
-        memcpy(u->state, kept, sizeof kept);
-        u->machine->input = input;
+        memcpy(u->state, kept, sizeof kept), memcpy(u->machine->input, input, sizeof input);
     }
     for (size_t i = 0; i < count && status == OK; i++)
         values[i] = size > 0.0 ? (values[i] - before[i]) / (2.0 * NEAR / size) : 0.0;
@@ -251,7 +240,7 @@ EXPORT int NAME(ExitInitializationMode)(unit *u) {
     return OK;
 }
 EXPORT int NAME(SetTime)(unit *u, double time) {
-    if (time < u->time) u->machine->words[AB_SEGMENT_NOW] = 0;
+    if (time < u->time) begin_drive(u->machine);
     u->time = time, u->known = 0;
     return OK;
 }
@@ -269,7 +258,7 @@ EXPORT int NAME(GetContinuousStates)(unit *u, double *states, size_t count) {
 EXPORT int NAME(GetNominalsOfContinuousStates)(unit *u, double *nominals, size_t count) {
     (void)count;
     for (int i = 0; i < AB_STATE_COUNT; i++) {
-        double size = floats(u->machine, AB_ABSOLUTE)[i] / AB_TOLERANCE;
+        double size = size_of(u->machine, i);
         nominals[i] = size > 0.0 ? size : 1.0;
     }
     return OK;
@@ -359,7 +348,7 @@ typedef struct {
 } event_info;
 EXPORT int fmi2NewDiscreteStates(unit *u, event_info *info) {
     memset(info, 0, sizeof *info);
-    info->time = next_corner(u);
+    info->time = corner_after(u->machine, u->time);
     info->defined = isfinite(info->time);
     if (!info->defined) info->time = 0.0;
     return OK;
@@ -524,7 +513,7 @@ EXPORT int fmi3EvaluateDiscreteStates(unit *u) { return u ? OK : FAILED; }
 EXPORT int fmi3UpdateDiscreteStates(unit *u, boolean *again, boolean *terminate, boolean *nominals, boolean *values,
                                     boolean *defined, double *time) {
     *again = *terminate = *nominals = *values = 0;
-    *time = u->exchange ? next_corner(u) : INFINITY;
+    *time = u->exchange ? corner_after(u->machine, u->time) : INFINITY;
     *defined = isfinite(*time);
     if (!*defined) *time = 0.0;
     return OK;
