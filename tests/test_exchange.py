@@ -13,8 +13,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import autobalancer as ab
+from autobalancer.assembly.number_block import change_by, parameters_of
 from autobalancer.errors import QuestionError
-from autobalancer.exchange import _image_of, change_by, parameters_of
+from autobalancer.exchange import _image_of
 from autobalancer.machine.path import with_entry
 
 MACHINES = Path(__file__).parents[1] / "examples" / "machines"

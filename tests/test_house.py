@@ -22,7 +22,7 @@ LINES, ARGUMENTS, BODY = 800, 12, 80
 FAMILIES = {"drag", "forces", "friction", "joints", "shear", "rotors"}
 PUBLIC_MODULES = {module for names in NAMES.values() for module in names.values()}  # modules that hold a public name
 CEILINGS = {
-    "files": 337,  # without laws and rotors, of which there are as many as somebody needs
+    "files": 338,  # without laws and rotors, of which there are as many as somebody needs
     "modules with one importer, beside them": 0.04,  # three are loaded by one switch; few folders, so more are beside
     "public functions named once elsewhere": 0.1127,
     "import lines": 0.06,

@@ -9,18 +9,16 @@ What a parameter of the machine file changes in these numbers is found by changi
 from __future__ import annotations
 
 import importlib.util
-import itertools
 import json
 import math
 import re
 import shutil
-import struct
 import subprocess
 import sys
 import tempfile
 import uuid
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from importlib.metadata import version
@@ -29,10 +27,11 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from autobalancer.assembly.number_block import WORD, Image, Known, length_of, parameters_of
 from autobalancer.assembly.places import Places, desk_for, gauges_of, places_of
 from autobalancer.assembly.system import MASS_SPREAD, Assembly, assemble
-from autobalancer.errors import AutobalancerError, QuestionError
-from autobalancer.files.fmi_description import Description, Variable, write_unit
+from autobalancer.errors import QuestionError
+from autobalancer.files.fmi_description import Description, write_unit
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.kernels.balls.element import element
 from autobalancer.kernels.compiler.object_code import function_at, intermediate_code, object_code
@@ -42,10 +41,9 @@ from autobalancer.kernels.integrators.runge_kutta import advance
 from autobalancer.kernels.measures.observables import observe
 from autobalancer.kernels.measures.workspace import MeasureInputs, Workspace
 from autobalancer.kernels.records import LINEAR
-from autobalancer.kernels.system import SPEED, THETA, Floats, rhs_type
+from autobalancer.kernels.system import SPEED, THETA, rhs_type
 from autobalancer.machine import Machine, PrescribedSpeed
-from autobalancer.machine.path import entry_at, label_of_path, parameter_paths, unit_at, with_entry
-from autobalancer.results.labels import LABELS
+from autobalancer.results.labels import LABELS, Variable
 from autobalancer.safe_file import as_path, write_safely
 from autobalancer.simulation import ONE_RUN, run_duration
 from autobalancer.simulation.balancer_element import balancer_element
@@ -53,259 +51,6 @@ from autobalancer.simulation.fluid_lag import fluid_lags
 from autobalancer.simulation.record import SampleTimes, record_for
 from autobalancer.simulation.steppers import Stepper, stepper_for
 from autobalancer.units import shortened
-
-WORD, LINE = 8, 64  # bytes of a word, and to whose multiples arrays begin
-ARRAY = 5  # words of an array before its shape: owner, parent, count, bytes of one, address
-
-
-class Image:
-    """Named tuples as one block of memory: words, and which of them are addresses, counted from its begin in bytes."""
-
-    def __init__(self, **parts: Any) -> None:
-        self.starts: dict[str, int] = {}  # of each tuple, number or array: the word where it stands
-        self.data: dict[str, int] = {}  # of each array: the word where its numbers begin
-        self.addresses: list[int] = []
-        self.floats: set[int] = set()
-        self._words: list[int] = []
-        self._arrays: list[tuple[str, int, np.ndarray]] = []
-        for name, part in parts.items():
-            self._add(name, part)
-        known: dict[tuple[int, int], int] = {}  # two memories may share an array
-        for name, at, array in self._arrays:
-            place = (array.__array_interface__["data"][0], array.nbytes)
-            if array.nbytes == 0 or place not in known:
-                self._words += [0] * (-len(self._words) % (LINE // WORD))
-                known[place] = len(self._words)
-                self._copy(array)
-            self._words[at], self.data[name] = known[place] * WORD, known[place]
-        self.words = np.array(self._words, np.int64)
-
-    def _add(self, name: str, value: Any) -> None:
-        self.starts[name] = len(self._words)
-        if isinstance(value, tuple):
-            names = getattr(value, "_fields", range(len(value)))
-            for field, part in zip(names, value, strict=True):
-                self._add(f"{name}.{field}", part)
-        elif isinstance(value, np.ndarray):
-            kept = np.ascontiguousarray(value)
-            self.addresses.append(len(self._words) + ARRAY - 1)
-            self._arrays.append((name, self.addresses[-1], kept))
-            self._words += [0, 0, kept.size, kept.itemsize, 0, *kept.shape, *kept.strides]
-        elif isinstance(value, float):
-            self.floats.add(len(self._words))
-            self._words.append(struct.unpack("q", struct.pack("d", value))[0])
-        else:
-            self._words.append(int(value))
-
-    def _copy(self, array: np.ndarray) -> None:
-        """Its numbers as words, and which of them are floats."""
-        begin, rows = len(self._words), array.reshape(-1)
-        self._words += np.frombuffer(rows.tobytes().ljust(-(-rows.nbytes // WORD) * WORD, b"\0"), np.int64).tolist()
-        fields = array.dtype.fields
-        if fields is None:
-            if array.dtype.kind in "fc":
-                self.floats.update(range(begin, len(self._words)))
-            return
-        each = array.itemsize // WORD
-        for kind, offset, *_ in fields.values():
-            first = offset // WORD
-            if kind.base.kind == "f":
-                places = range(first, first + kind.itemsize // WORD)
-                self.floats.update(begin + row * each + place for row in range(rows.size) for place in places)
-
-    @property
-    def values(self) -> Floats:
-        """All words as if they were floats."""
-        return self.words.view(np.float64)
-
-
-# What a parameter changes in the numbers of a machine.
-#
-# A word of the block is  w = w0 + sum over groups of A (product of f_p(v / v0) - 1),  with one group for parameters that
-# multiply each other, as mass and radius do in m r^2, and f_p(1) = 1. The f_p are polynomials through changed machines: of a low
-# degree they hold for any value, of a higher one within RANGE, as of 1 / m. Parameters of which that is not true, or which change
-# the kind of the equations, are fixed.
-
-
-RANGE = (0.8, 1.25)  # of the value in the machine file
-LOW, HIGHEST = 3, 12  # degrees
-NODES = 14
-EXACT = 1e-11  # relative to the word
-TOGETHER = 1e-8  # the same where all parameters have changed at once
-_MIDDLE, _HALF = 0.5 * (RANGE[0] + RANGE[1]), 0.5 * (RANGE[1] - RANGE[0])
-FACTORS = tuple((_MIDDLE + _HALF * np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)).tolist())
-# tolerances are those of the machine as it was written; measures of a whole run are not in the library
-_NOT_IN_STEPS = (
-    "whirls", "mass", "gyroscopic", "model_speeds", "model_damping", "model_stiffness", "held_stiffness", "held_damping",
-    "held_loads", "capability", "meetings", "rebounds",
-)  # fmt: skip
-RANGE_SCALE = 0.25
-UNDECIDED = ("memory.absolute", "memory.relative", *(f"inputs.{name}" for name in _NOT_IN_STEPS))
-
-
-class Term(NamedTuple):
-    """What parameters do to a word: amplitude, and for each its number and the coefficients of f_p in v / v0 - 1."""
-
-    word: int
-    amplitude: float
-    factors: tuple[tuple[int, tuple[float, ...]], ...]
-
-
-def _length(image: Image, name: str) -> int:
-    """Words of an array."""
-    count, size = image.words[image.starts[name] + 2 : image.starts[name] + 4]
-    return int(count * size) // WORD
-
-
-class Known(NamedTuple):
-    """Parameters, what they change, and the paths of the numbers that are fixed."""
-
-    parameters: tuple[Variable, ...]
-    terms: tuple[Term, ...]
-    fixed: tuple[str, ...]
-
-
-def parameters_of(machine: Machine, image_of: Callable[[Machine], Image], within: tuple[str, ...] = ("",)) -> Known:
-    """Which numbers of a machine may be changed in its block, which ``image_of`` makes; paths begin with one of ``within``."""
-    base = image_of(machine)
-    ignored = {
-        word
-        for name in UNDECIDED
-        if name in base.data
-        for word in range(base.data[name], base.data[name] + _length(base, name))
-    }
-
-    def changed(values: dict[str, float]) -> dict[int, float] | None:
-        """Words with their changes where these numbers have other values; None if that is another kind of machine."""
-        try:
-            other = machine
-            for path, value in values.items():
-                other = with_entry(other, path, value)
-            block = image_of(other)
-        except AutobalancerError:
-            return None
-        if block.words.size != base.words.size or block.addresses != base.addresses:
-            return None
-        words = np.flatnonzero(block.words != base.words).tolist()
-        if any(word not in base.floats and word not in ignored for word in words):
-            return None
-        return {word: float(block.values[word] - base.values[word]) for word in words if word not in ignored}
-
-    # each by itself
-    found: list[tuple[Variable, dict[int, tuple[float, ...]]]] = []
-    fixed: list[str] = []
-    for path in parameter_paths(machine):
-        value = entry_at(machine, path)
-        if not path.startswith(within) or not isinstance(value, float) or value == 0.0 or not math.isfinite(value):
-            continue
-        moved = [changed({path: value * factor}) for factor in FACTORS]
-        kept = [m for m in moved if m is not None]
-        words = sorted(set().union(*kept))
-        if len(kept) < len(moved):
-            fixed.append(path)
-            continue
-        if not words:
-            continue  # of the run or of a remark, not of the equations
-        shapes = {word: _polynomial([m.get(word, 0.0) for m in kept], base.values[word]) for word in words}
-        if any(shape is None for shape in shapes.values()):
-            fixed.append(path)
-            continue
-        kept_shapes = {word: shape for word, shape in shapes.items() if shape is not None}
-        about = Variable(path, unit_at(path), label_of_path(path), value)
-        if max(map(len, kept_shapes.values())) > LOW:
-            least, greatest = sorted(factor * value for factor in RANGE)
-            about = about._replace(least=least, greatest=greatest)
-        found.append((about, kept_shapes))
-    # together: those that do not keep to it are fixed, the last first
-    while True:
-        terms = _terms(found, changed)
-        wrong = _wrong(found, terms, base, changed)
-        if wrong is None:
-            return Known(tuple(about for about, _ in found), terms, tuple(fixed))
-        fixed.append(found.pop(wrong)[0].name)
-
-
-def _polynomial(changes: Sequence[float], value: float) -> tuple[float, ...] | None:
-    """Coefficients of (v / v0 - 1), its square, ... of the lowest degree that gives these changes; None if none does."""
-    x = (np.array(FACTORS) - 1.0) / RANGE_SCALE
-    y = np.array(changes)
-    if not np.isfinite(y).all():
-        return None
-    for degree in range(1, HIGHEST + 1):
-        powers = x[:, None] ** np.arange(1, degree + 1)
-        coefficients = np.linalg.lstsq(powers, y, rcond=None)[0]
-        if np.abs(powers @ coefficients - y).max() <= EXACT * max(abs(value), float(np.abs(y).max())):
-            return tuple((coefficients / RANGE_SCALE ** np.arange(1, degree + 1)).tolist())
-    return None
-
-
-def _terms(found: list[tuple[Variable, dict[int, tuple[float, ...]]]], changed: Any) -> tuple[Term, ...]:
-    """All terms: parameters of a word are in one group where both at once change it by more than each alone."""
-    groups: dict[int, list[tuple[float, list[int]]]] = {}  # amplitude, parameters
-    step = FACTORS[0] - 1.0
-    users: dict[int, list[int]] = {}
-    for number, (_, shapes) in enumerate(found):
-        for word in shapes:
-            users.setdefault(word, []).append(number)
-    pairs = {pair for numbers in users.values() for pair in itertools.combinations(numbers, 2)}
-    mixed = {
-        pair: changed({found[one][0].name: found[one][0].start * FACTORS[0] for one in pair}) or {} for pair in pairs
-    }
-
-    def alone(number: int, word: int) -> float:
-        return float(sum(c * step ** (k + 1) for k, c in enumerate(found[number][1][word])))
-
-    for word, numbers in users.items():
-        rest = list(numbers)
-        groups[word] = []
-        while rest:
-            group, amplitude = [rest.pop(0)], 0.0
-            for other in list(rest):
-                one, two = alone(group[0], word), alone(other, word)
-                more = mixed[group[0], other].get(word, 0.0) - one - two
-                if abs(more) > 1e-9 * max(abs(one), abs(two)) and abs(more) > 0.0:
-                    amplitude = one * two / more
-                    group.append(other)
-                    rest.remove(other)
-            groups[word].append((amplitude or 1.0, group))
-    return tuple(
-        Term(word, amplitude, tuple((n, tuple(c / amplitude for c in found[n][1][word])) for n in group))
-        for word, each in groups.items()
-        for amplitude, group in each
-    )
-
-
-def _wrong(
-    found: list[tuple[Variable, dict[int, tuple[float, ...]]]], terms: Sequence[Term], base: Image, changed: Any
-) -> int | None:
-    """The number of a parameter to leave out, if other values of all at once are not what the terms say."""
-    draw = np.random.default_rng(0)
-    for _ in range(3):
-        factors = 1.0 + draw.uniform(-0.05, 0.05, len(found))
-        truth = changed({about.name: about.start * f for (about, _), f in zip(found, factors, strict=True)})
-        if truth is None:
-            return len(found) - 1
-        said: dict[int, float] = {}
-        for term in terms:
-            said[term.word] = said.get(term.word, 0.0) + change_by(term, factors)
-        for word in set(truth) | set(said):
-            miss = abs(truth.get(word, 0.0) - said.get(word, 0.0))
-            if miss > TOGETHER * max(abs(base.values[word]), abs(truth.get(word, 0.0))):
-                return max(n for n, (_, shapes) in enumerate(found) if word in shapes)
-    return None
-
-
-def change_by(term: Term, factors: Sequence[float] | Floats) -> float:
-    """By how much a term changes its word where each parameter is its value times a factor."""
-    product = 1.0
-    for number, coefficients in term.factors:
-        x = float(factors[number]) - 1.0
-        product *= 1.0 + sum(c * x ** (k + 1) for k, c in enumerate(coefficients))
-    return term.amplitude * (product - 1.0)
-
-
-# The block of a machine that is ready to run.
-
 
 LEAST_ADDRESS = 4096
 CHANGING = (
@@ -431,7 +176,7 @@ def _outputs(ready: Prepared, image: Image) -> list[Output]:
 
 def _spans(ready: Prepared, image: Image) -> list[tuple[int, int]]:
     """Where the block changes in a step, work space aside, and the rates where it begins: first word and count."""
-    found = [(image.data[name], _length(image, name)) for name in CHANGING]
+    found = [(image.data[name], length_of(image, name)) for name in CHANGING]
     return [*(span for span in found if span[1]), (image.data["memory.stages"], ready.assembly.state.size)]
 
 

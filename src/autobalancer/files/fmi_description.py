@@ -10,6 +10,7 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
+from autobalancer.results.labels import Variable
 from autobalancer.safe_file import write_safely
 
 FIRST = {"state": 1000, "rate": 2000, "output": 3000, "parameter": 4000, "input": 5000}  # value references, as in fmi.c
@@ -23,17 +24,6 @@ _BASE = {
     "N": {"kg": 1, "m": 1, "s": -2}, "Pa": {"kg": 1, "m": -1, "s": -2}, "J": {"kg": 1, "m": 2, "s": -2},
     "W": {"kg": 1, "m": 2, "s": -3},
 }  # fmt: skip
-
-
-class Variable(NamedTuple):
-    """A number that a library gives or takes, as in a run."""
-
-    name: str
-    unit: str
-    meaning: str
-    start: float = 0.0
-    least: float = -math.inf
-    greatest: float = math.inf
 
 
 class Description(NamedTuple):

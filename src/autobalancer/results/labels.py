@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import xarray as xr
 
@@ -17,6 +18,17 @@ class Label:
     units: str
     frame: str = ""
     symbol: str = ""
+
+
+class Variable(NamedTuple):
+    """A number that a library gives or takes, as in a run."""
+
+    name: str
+    unit: str
+    meaning: str
+    start: float = 0.0
+    least: float = -math.inf
+    greatest: float = math.inf
 
 
 LABELS: dict[str, Label] = {
