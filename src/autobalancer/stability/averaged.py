@@ -104,11 +104,6 @@ def explicit_averaged_border(machine: MachineArgument) -> Border:
     return border if whole is None else ignoring(whole, border, Theory.AVERAGED)
 
 
-def averaged_in_closed_form(p: Plane | Stations) -> Border | None:
-    """:func:`explicit_averaged_border` of what has one: balls on a planar rotor in races on the axis."""
-    return _closed_border(p) if isinstance(p, Plane) and p.one_centric else None
-
-
 def _closed_border(p: Plane) -> Border:
     if p.isotropic:
         share = damping_share(p)

@@ -21,9 +21,9 @@ from autobalancer.progress import OutOfTime, check_deadline, question
 from autobalancer.results.display_units import moment_text
 from autobalancer.roots import least, root
 from autobalancer.stability.averaged import (
-    averaged_in_closed_form,
     averaged_station_growth,
     averaged_station_growths,
+    explicit_averaged_border,
     refuse_without_drag,
 )
 from autobalancer.stability.border import Border, Borders, ignoring
@@ -457,7 +457,10 @@ def averaged_of(p: Described) -> Border:
         return Border(AVERAGED, math.inf, "a ball has no drag")
     if max(p.damping) == 0.0:
         return Border(AVERAGED, math.inf, "the rotor has no damping")
-    border = averaged_in_closed_form(p) or averaged_border_of(p, worst_case=p.one_centric)
+    if isinstance(p, Plane) and p.one_centric:
+        border = explicit_averaged_border(p)
+    else:
+        border = averaged_border_of(p, worst_case=p.one_centric)
     return replace(border, name=AVERAGED)
 
 
