@@ -143,9 +143,11 @@ MODEL = 0.1  # pixels: no edge has quite such a profile
 FLOOR, SHADED = 0.01, 0.07  # pixels: flat marks are found no better, and shaded balls
 LARGE = 11.0  # pixels: of smaller balls a ray sees so much that the profile near the edge is no longer theirs
 SHARED = 1.5  # pixels: rays nearer to each other see the same noise
-# Pixels by which half of the rays miss a ball of the known size: of shaded balls at most the first; from the second on what was
-# found is something that the ball mirrors, and the ball is anywhere within a share of its radius. Found with drawn mirrors.
+# Pixels by which half of the rays miss a ball of the known size, without what noise does: of shaded balls at most the first; from
+# the second on what was found is something that the ball mirrors, and the ball is anywhere within a share of its radius. Found
+# with drawn mirrors.
 ALIKE, UNLIKE, GROWTH, ANYWHERE = 0.15, 0.4, 1.8, 0.42
+NORMAL = 1.4826  # standard deviation of normal deviates over the median of their sizes
 FAINT = 10.0  # least contrast of an edge that still counts by it, share of the clear ones
 
 
@@ -242,7 +244,9 @@ def located(
     located = _fit_shifts(outline.outwards, place, weight, contrast, usable, floor, np.maximum(1.0, SHARED / between))
     if not rises:
         return located
-    wide = np.where(located.misfit < UNLIKE, GROWTH * np.maximum(located.misfit - ALIKE, 0.0), ANYWHERE * radius)
+    by_noise = _median(gap * noise * np.sqrt(2.0 / bend), usable) / NORMAL
+    odd = np.sqrt(np.maximum(located.misfit**2 - by_noise**2, 0.0))
+    wide = np.where(odd < UNLIKE, GROWTH * np.maximum(odd - ALIKE, 0.0), ANYWHERE * radius)
     return located._replace(covariance=located.covariance + wide[:, None, None] ** 2 * np.eye(2))
 
 
@@ -268,7 +272,7 @@ def _fit_shifts(
         normal = _normal(own, rows) + ease
         answer = np.linalg.solve(normal, np.einsum("tp,tp,tpi->ti", own, place, rows)[..., None])[..., 0]
         away = place - np.einsum("tpi,ti->tp", rows, answer)
-        spread = np.maximum(1.4826 * _median(np.abs(away), weight > 0.0), 0.05)
+        spread = np.maximum(NORMAL * _median(np.abs(away), weight > 0.0), 0.05)
         far = np.minimum(np.abs(away) / ((TUKEY if turn else 2.0 * TUKEY) * spread[:, None]), 1.0)
         own = weight * (1.0 - far**2) ** 2
     freedom = np.maximum((own > 0.0).sum(axis=-1) - 3, 1)
