@@ -505,9 +505,9 @@ def break_away_speed(run: xr.Dataset, critical_speed: float | str | None = None)
     This is what the run did; the release speed of :func:`autobalancer.stability.borders` is the theory of a slow run-up.
     nan for a ball that did not stall, or did not break away. A ball hangs where its speed in space is twice as near to a
     whirl frequency of the rotor, which this has passed by 2 % at least, as to the speed of the rotor, or below that frequency
-    down to half of it. It is stalled if it so goes round in the rotor once or more, and breaks away where it hangs for the last
-    time. The frequencies are those at ``critical_speed`` or, by default, at all critical speeds of the machine, with
-    gyroscopic moments.
+    down to half of it. It is stalled if it so goes round in the rotor once or more, counted from where the rotor passes that
+    frequency, and breaks away where it hangs for the last time. The frequencies are those at ``critical_speed`` or, by default,
+    at all critical speeds of the machine, with gyroscopic moments.
     """
     critical_speed = optional_argument("critical_speed", critical_speed, "rad/s")
     balls, whirls = known_balls(run), whirls_of(run)

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import KEEP_TURNS, QuestionError
-from autobalancer.kernels.measures.columns_of_measures import PLACE, Place
+from autobalancer.kernels.measures.columns_of_measures import PLACE, STALL_MARGIN, Place
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
 from autobalancer.machine_kinds import RACES, Kind, machine_kind
@@ -60,7 +60,7 @@ def hanging(rate: ArrayLike, rotor_speed: ArrayLike, whirls: Floats) -> NDArray[
     """
 
     def one(own: float, speed: float) -> bool:
-        return bool(compiled().hangs(own + speed, speed, whirls))
+        return bool(compiled().hangs(own + speed, speed, whirls, STALL_MARGIN))
 
     return np.asarray(np.vectorize(one, otypes=[bool])(rate, rotor_speed))
 

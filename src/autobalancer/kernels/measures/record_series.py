@@ -275,27 +275,22 @@ def vibration_to_come(time: Floats, low: Floats, high: Floats, since: float, end
 # A rotor that runs above a critical speed w_c leaves there a whirl with the frequency f. It is w_c unless gyroscopic moments
 # raise it: of a mode with the share g of these in its inertia, f^2 - g w f = (1 - g) w_c^2 at the rotor speed w. A ball hangs at
 # a whirl that the rotor has passed by 2 % where its speed in space is twice as near to f as to w, or below f, where a weak drag
-# keeps it, down to half of f. It is stalled if it so goes round in the rotor once or more.
+# keeps it, down to half of f. It is stalled if it so goes round in the rotor once or more, counted from where the rotor passes f.
 
 
-@njit(boolean(float64, float64, matrix_type), **EXACT)
-def hangs(own: float, speed: float, whirls: Matrix) -> bool:
-    """Whether a ball with the speed ``own`` in space hangs at a whirl that the rotor with its ``speed`` has passed, rad/s.
+@njit(boolean(float64, float64, matrix_type, float64), **EXACT)
+def hangs(own: float, speed: float, whirls: Matrix, margin: float) -> bool:
+    """Whether a ball with the speed ``own`` in space hangs at a whirl that the rotor with its ``speed`` passed by a ``margin``.
 
-    ``whirls`` are (K, 2): critical speeds (rad/s), ascending, and the gyroscopic share of each.
+    The margin is relative. ``whirls`` are (K, 2): critical speeds (rad/s), ascending, and the gyroscopic share of each.
     """
     size, own = abs(speed), math.copysign(1.0, speed) * own
     for k in range(whirls.shape[0]):
         critical, share = whirls[k, 0], whirls[k, 1]
-        if critical >= size:
-            break
         turned = share * size
         whirl = 0.5 * (turned + math.sqrt(turned * turned + 4.0 * (1.0 - share) * critical * critical))
         ahead = size - whirl
-        if (
-            ahead > numbers.STALL_MARGIN * whirl
-            and numbers.STALL_LEAST * whirl < own < whirl + numbers.STALL_SHARE * ahead
-        ):
+        if ahead > margin * whirl and numbers.STALL_LEAST * whirl < own < whirl + numbers.STALL_SHARE * ahead:
             return True
     return False
 
@@ -307,7 +302,7 @@ def hanging_part(rate: Floats, speed: Floats, row: int, whirls: Matrix) -> float
     for _ in range(HALVINGS):
         s = 0.5 * (inside + outside)
         rotor = speed[row] + s * (speed[row + 1] - speed[row])
-        if hangs(rate[row] + s * (rate[row + 1] - rate[row]) + rotor, rotor, whirls):
+        if hangs(rate[row] + s * (rate[row + 1] - rate[row]) + rotor, rotor, whirls, numbers.STALL_MARGIN):
             inside = s
         else:
             outside = s
@@ -324,7 +319,7 @@ def stalls(
     it. A ball breaks away where it hangs for the last time, if it then makes up for half of its lag; nan if it does not. Its
     speed at the end (rad/s) is the mean of the last twentieth; nan if it does not hang there.
     """
-    last = time.size - 1
+    last, margin = time.size - 1, numbers.STALL_MARGIN
     late = last
     while late > 0 and (late == last or time[late - 1] >= (1.0 - numbers.LAST) * time[last]):
         late -= 1
@@ -332,11 +327,11 @@ def stalls(
     for i in range(rate.shape[1]):
         found[0, i], found[1, i], found[2, i] = 0.0, math.nan, math.nan
         until, own = last, 0.0
-        if duration > 0.0 and hangs(rotor + (angle[last, i] - angle[late, i]) / duration, rotor, whirls):
+        if duration > 0.0 and hangs(rotor + (angle[last, i] - angle[late, i]) / duration, rotor, whirls, margin):
             own = rotor + (angle[last, i] - angle[late, i]) / duration
         else:
             # back to where it hangs for the last time; does it gain on the rotor then?
-            while until >= 0 and not hangs(rate[until, i] + speed[until], speed[until], whirls):
+            while until >= 0 and not hangs(rate[until, i] + speed[until], speed[until], whirls, margin):
                 until -= 1
             gained = 0.0
             for t in range(max(until, 0), last + 1):
@@ -346,9 +341,10 @@ def stalls(
         # the time for which it hangs, and how far it falls behind
         turned = 0.0
         for t in range(until + 1):
-            if hangs(rate[t, i] + speed[t], speed[t], whirls):
-                step = time[t] - (time[t - 1] if t > 0 else start)
+            step = time[t] - (time[t - 1] if t > 0 else start)
+            if hangs(rate[t, i] + speed[t], speed[t], whirls, margin):
                 found[0, i] += step
+            if hangs(rate[t, i] + speed[t], speed[t], whirls, 0.0):
                 turned += abs(rate[t, i]) * step
         if turned < 2.0 * math.pi:
             found[0, i], found[1, i] = 0.0, math.nan
