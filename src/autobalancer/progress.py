@@ -6,11 +6,12 @@ And questions with a limit: their loops ask :func:`check_deadline`.
 from __future__ import annotations
 
 import math
+import signal
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
 from contextvars import ContextVar, copy_context
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar
@@ -174,6 +175,7 @@ def returned(call: Callable[[], R], text: str, word: float = WORD, limit: float 
     thread.start()
     try:
         while thread.is_alive():
+            raise_noted()
             waited = time.monotonic() - begun
             thread.join(0.2 if waited > word else min(word, 0.2))
             if waited > limit:
@@ -187,3 +189,81 @@ def returned(call: Callable[[], R], text: str, word: float = WORD, limit: float 
     if reasons:
         raise reasons[0]
     return answers[0]
+
+
+# Ctrl-C where something is to be kept.
+#
+# It is raised at any place of the main thread, also where Numba reads the arguments of compiled code: there it is lost, becomes
+# another error or ends the process. So it is noted, and raised between two pieces of work.
+
+
+_noted: list[list[int]] = []  # signals that came, in the one list that is filled now
+_unwritten: list[ExitStack] = []  # of a command that has still to write what is kept
+
+
+@contextmanager
+def interrupts_noted(*, keep: bool = True, written: bool = False) -> Iterator[list[int]]:
+    """While it lasts, a first Ctrl-C only fills the list, so that no work is left half done; a second one is raised.
+
+    So does any other signal that is taken for Ctrl-C, such as SIGTERM on the command line. Work in pieces asks
+    :func:`raise_noted` between them. One that came after the last piece is raised at the end, unless its work is to be kept.
+    Where results are ``written`` nothing is noted at first; what is once noted within it is so up to its end, and raised there.
+    """
+    if threading.current_thread() is not threading.main_thread():  # no other one is interrupted
+        yield []
+        return
+    if written:
+        with ExitStack() as stack:
+            _unwritten.append(stack)
+            try:
+                yield []
+            finally:
+                _unwritten.clear()
+            raise_noted()
+        return
+    with nullcontext() if _noted else nullcontext(_unwritten[0]) if _unwritten else ExitStack() as open_stack:
+        if open_stack is not None:
+            open_stack.enter_context(_noting())
+        yield _noted[0]
+        if not keep:
+            raise_noted()
+
+
+def raise_noted() -> None:
+    """Raise the Ctrl-C that was noted, if one was.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        Then.
+    """
+    if _noted and _noted[0] and threading.current_thread() is threading.main_thread():
+        _noted[0].clear()
+        raise KeyboardInterrupt
+
+
+@contextmanager
+def _noting() -> Iterator[None]:
+    def noting(before: Callable[[int, Any], Any]) -> Callable[[int, Any], None]:
+        def note(number: int, frame: Any) -> None:
+            try:
+                before(number, frame)
+            except KeyboardInterrupt:
+                noted.append(number)
+                if len(noted) > 1:
+                    raise
+
+        return note
+
+    noted: list[int] = []
+    numbers = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    taken: dict[int, Any] = {n: signal.getsignal(n) for n in numbers if callable(signal.getsignal(n))}
+    _noted.append(noted)
+    for number, before in taken.items():
+        signal.signal(number, noting(before))
+    try:
+        yield
+    finally:
+        for number, before in taken.items():
+            signal.signal(number, before)
+        _noted.clear()

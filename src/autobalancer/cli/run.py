@@ -85,6 +85,7 @@ def simulate(
         result = ab.simulate(
             described, duration=duration, seed=seed, keep_on_interrupt=True, progress=progress, **options
         )
+    files.save(result)  # before its verdict, for which the machine runs with its balls held
     about = result.attrs
     found, numbers = ab.verdict(result, held_run(described, result)), _measured(result)
     answer = {

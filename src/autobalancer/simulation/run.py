@@ -29,7 +29,7 @@ from autobalancer.kernels.records import IMPACT, NONE
 from autobalancer.kernels.system import Floats, Matrix, System
 from autobalancer.laws.drag_coefficient import range_record, stokes_record
 from autobalancer.machine import Machine, PlanarRotor
-from autobalancer.progress import ENOUGH, Progress, returned, shows_progress
+from autobalancer.progress import ENOUGH, Progress, interrupts_noted, raise_noted, returned, shows_progress
 from autobalancer.results.labels import label
 from autobalancer.results.run_arrays import HELD_AT, VARIABLES, Impacts, bins_of
 from autobalancer.results.time_series import plain, static_load
@@ -148,53 +148,54 @@ def simulate_races(
         warn(slow, DurationWarning)
     state = stepper.memory
     going = end, max_steps, progress, keep_on_interrupt, _own_code(machine)
-    status, interrupted = _drive(assembly, noted, stepper, record, *going)
-    spent = status == RUNNING  # once more would take as long again
-    if not (interrupted or spent or save is DEFAULT_SAVE or turns_complete(record, state, assembly)):
-        # the rotor slowed down or the run ended early: once more, and now keep every revolution until the next
-        assembly, noted = assembled()
-        record = record_for(wishes, events, assembly, end, jumps)._replace(turn_count=math.inf)
-        stepper = stepper_for(assembly, end, tolerance, method)
-        state = stepper.memory
+    with interrupts_noted(keep=keep_on_interrupt):
         status, interrupted = _drive(assembly, noted, stepper, record, *going)
-    names = [event.name for event in events]
-    ended = _ended(machine, assembly, names, record, state, status, end, interrupted)
-    run = run_dataset(
-        assembly,
-        places,
-        record,
-        state,
-        names,
-        {
-            "machine": machine_text(machine),
-            "machine_name": machine.name,
-            "axis": machine.axis,
-            "static_load": static_load(machine),
-            "seed": seed,
-            "mass_spread": mass_spread if equal_groups(machine, resolve(machine)) else 0.0,
-            **critical_attributes(machine, assembly),
-            **({"unbalance_jumps": list(jumps)} if jumps else {}),
-            "reference_station": assembly.reference or "rotor",
-            **reduction_attributes(assembly),
-            **known.record,
-            **({"balls_held": 1} if hold_balls else {}),
-            "outcome": ended.name,
-            "outcome_text": ended.text,
-            "duration": end,
-            "end_time": float(state.clock[TIME]),
-            "tolerance": tolerance,
-            "frame_of_integration": "rotor" if assembly.system.rotating else "space",
-            **stepper.attributes(),
-        },
-    )
-    run = with_impacts(run, noted)
-    run.attrs |= _drag_range_attributes(assembly, run, record, state)
-    if run.sizes.get("bin" if "envelope_speed" in run else "time"):
-        course = bins_of(run)
-        numbers = map(plain, (course.end, course.speed, assembly.whirls))
-        held = held_at_critical_speed(assembly.system, *numbers, float(state.clock[TIME]))
-        run.attrs |= {HELD_AT: held} if math.isfinite(held) else {}
-    return run.assign_attrs(remarks=remarks(Ended(machine, end, assembly, places, record, state, run)))
+        spent = status == RUNNING  # once more would take as long again
+        if not (interrupted or spent or save is DEFAULT_SAVE or turns_complete(record, state, assembly)):
+            # the rotor slowed down or the run ended early: once more, and now keep every revolution until the next
+            assembly, noted = assembled()
+            record = record_for(wishes, events, assembly, end, jumps)._replace(turn_count=math.inf)
+            stepper = stepper_for(assembly, end, tolerance, method)
+            state = stepper.memory
+            status, interrupted = _drive(assembly, noted, stepper, record, *going)
+        names = [event.name for event in events]
+        ended = _ended(machine, assembly, names, record, state, status, end, interrupted)
+        run = run_dataset(
+            assembly,
+            places,
+            record,
+            state,
+            names,
+            {
+                "machine": machine_text(machine),
+                "machine_name": machine.name,
+                "axis": machine.axis,
+                "static_load": static_load(machine),
+                "seed": seed,
+                "mass_spread": mass_spread if equal_groups(machine, resolve(machine)) else 0.0,
+                **critical_attributes(machine, assembly),
+                **({"unbalance_jumps": list(jumps)} if jumps else {}),
+                "reference_station": assembly.reference or "rotor",
+                **reduction_attributes(assembly),
+                **known.record,
+                **({"balls_held": 1} if hold_balls else {}),
+                "outcome": ended.name,
+                "outcome_text": ended.text,
+                "duration": end,
+                "end_time": float(state.clock[TIME]),
+                "tolerance": tolerance,
+                "frame_of_integration": "rotor" if assembly.system.rotating else "space",
+                **stepper.attributes(),
+            },
+        )
+        run = with_impacts(run, noted)
+        run.attrs |= _drag_range_attributes(assembly, run, record, state)
+        if run.sizes.get("bin" if "envelope_speed" in run else "time"):
+            course = bins_of(run)
+            numbers = map(plain, (course.end, course.speed, assembly.whirls))
+            held = held_at_critical_speed(assembly.system, *numbers, float(state.clock[TIME]))
+            run.attrs |= {HELD_AT: held} if math.isfinite(held) else {}
+        return run.assign_attrs(remarks=remarks(Ended(machine, end, assembly, places, record, state, run)))
 
 
 def _drag_range_attributes(assembly: Assembly, run: xr.Dataset, record: Record, state: Memory) -> dict[str, Any]:
@@ -327,6 +328,7 @@ def _drive(
     status, state = RUNNING, stepper.memory
     try:
         while status == RUNNING and state.counts[ACCEPTED] < max_steps:
+            raise_noted()
             budget = min(CHUNK, max_steps - int(state.counts[ACCEPTED]))
             advance = partial(stepper.advance, assembly.system, record, budget)
             status = returned(advance, own, word=ENOUGH, limit=math.inf) if own else advance()

@@ -68,7 +68,7 @@ def run_dataset(
         data |= _at_stations("", "time", record.samples[:count], assembly)
         data |= over_time(seen, places)
         data |= couple_unbalance(places, record.sample_times[:count])
-        if has_real_races(assembly):
+        if assembly.rough and assembly.balls:  # guided balls on races with friction, shape, curved drag or excitation
             data |= on_races(record.samples[:count], record.sample_times[:count], assembly)
         data |= stored_in_forces(record.samples[:count], assembly)
         data |= over_links(record.samples[:count], assembly.system.drive)
@@ -108,7 +108,7 @@ def run_dataset(
         "title": f"Run of {attributes['machine_name']}",
         **provenance(),
         **attributes,
-        **mass_attributes(places),
+        "turning_mass": turning_mass(places),  # to which an unbalance is compared
         **left_race(record.sample_times[:count], record.samples[:count], data, assembly, places),
     }
     return dataset
@@ -129,7 +129,8 @@ def _states(states: Matrix, seen: Observables, assembly: Assembly) -> dict[str, 
     z = deflection(states, assembly)
     angle, speed = ball_motion(states, assembly)
     unbalance, residual = seen.unbalance[:, 0], seen.left[:, 0]
-    resolved = _resolved(states, ball_states_of(states, assembly), assembly) if assembly.resolved else {}
+    balls = ball_states(states, assembly.system, assembly.places.shape[2]) if assembly.resolved else None
+    resolved = _resolved(states, balls, assembly) if assembly.resolved else {}
     return {
         "speed": ("time", states[:, SPEED]),
         "rotor_angle": ("time", states[:, THETA]),
@@ -281,16 +282,6 @@ def at_the_end(time: float, speed: float, assembly: Assembly, places: Places, ga
     return {**sag, "vibration_without_balls": ("place", vibration), "force_without_balls": ("support", force)}
 
 
-def mass_attributes(places: Places) -> dict[str, float]:
-    """Mass of all that turns, to which an unbalance is compared."""
-    return {"turning_mass": turning_mass(places)}
-
-
-def ball_states_of(states: Matrix, assembly: Assembly) -> Any:
-    """States of resolved balls in their races, (T, n, ...)."""
-    return ball_states(states, assembly.system, assembly.places.shape[2])
-
-
 def _unbalances(prefix: str, dimension: str, seen: Observables) -> dict[str, Any]:
     unbalances: dict[str, Any] = {}
     for name, vector in (("unbalance", seen.wanted), ("balls", seen.held)):
@@ -338,11 +329,6 @@ def over_links(states: Matrix, drive: Drive) -> dict[str, Any]:
 
 
 STANDARD_GRAVITY = 9.80665
-
-
-def has_real_races(assembly: Assembly) -> bool:
-    """Whether guided balls run on races with friction, shape, curved drag or excitation."""
-    return bool(assembly.rough and assembly.balls)
 
 
 def on_races(states: Matrix, times: Floats, assembly: Assembly) -> dict[str, Any]:

@@ -34,7 +34,7 @@ from autobalancer.kernels.integrators.integrator_state import ACCEPTED, TIME, Me
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
 from autobalancer.kernels.system import BALLS, SPEED, Floats, Matrix, own
 from autobalancer.machine import Constant, Machine, PrescribedSpeed, Schedule, Start
-from autobalancer.progress import shows_progress
+from autobalancer.progress import interrupts_noted, raise_noted, shows_progress
 from autobalancer.results.answers.answer import provenance
 from autobalancer.results.answers.run import SteppedResponse
 from autobalancer.results.folder_store import Store, refuse_other_question
@@ -164,26 +164,19 @@ def stepped_response(
     if place is not None and (known := _finished(place, question)) is not None:
         return known
     total, interrupted = len(legs) * chosen.size * (1 if held is None else 2), False
-    with Store(f"{place}.parts", question, "stepped response") if place is not None else nullcontext() as kept:
+    store_of_parts = Store(f"{place}.parts", question, "stepped response") if place is not None else nullcontext()
+    with store_of_parts as kept, interrupts_noted(keep=how["keep_on_interrupt"]):
         parts = {} if kept is None else kept.parts()
         entries = {span: {key: values.tolist() for key, values in row.items()} for span, row in parts.items()}
-        ways = [
-            _way(
-                one,
-                stations,
-                weights,
-                plan,
-                groups if first == 0 else [],
-                chosen,
-                legs,
-                entries,
-                start,
-                how["workers"],
-                first,
-            )
-            for first, one in ((0, assembly), (len(legs), held))
-            if one is not None
-        ]
+        ways = []
+        for first, one in ((0, assembly), (len(legs), held)):
+            if one is not None:
+                rows, own = averaged_stations(one, stations)[1], groups if first == 0 else []
+                asked = one.state, partial(Stepper, one, rows, weights, plan, own), chosen
+                if start == "fixed":
+                    ways.append(_fixed(*asked, set(entries), how["workers"], first))
+                else:
+                    ways.append(_carried(*asked, legs, entries, first))
         if progress is not None:
             progress(len(entries), total)
         try:
@@ -191,6 +184,7 @@ def stepped_response(
                 entries[span] = row
                 if kept is not None:
                     kept.keep(span, row)
+                raise_noted()
                 if progress is not None:
                     progress(len(entries), total)
         except KeyboardInterrupt:
@@ -199,7 +193,10 @@ def stepped_response(
             interrupted = True
         result = step_dataset(assembly, chosen.tolist(), legs, names, entries)
         if held is not None:
-            _add_held(result, step_dataset(held, chosen.tolist(), legs, names, entries, len(legs)))
+            plain = step_dataset(held, chosen.tolist(), legs, names, entries, len(legs))
+            for name in ("amplitude", "greatest_mean_deflection"):
+                text = {"long_name": f"{plain[name].attrs['long_name']}, without balls"}
+                result[f"{name}_without_balls"] = plain[name].assign_attrs(text)
         result.attrs |= _about(machine, assembly, question, entries.values(), mass_spread if groups else 0.0)
         result.attrs |= {
             "remarks": _coincidence(result),
@@ -231,13 +228,6 @@ def _about(
     }
 
 
-def _add_held(result: SteppedResponse, held: SteppedResponse) -> None:
-    """Amplitudes without balls beside those with them."""
-    for name in ("amplitude", "greatest_mean_deflection"):
-        text = {"long_name": f"{held[name].attrs['long_name']}, without balls"}
-        result[f"{name}_without_balls"] = held[name].assign_attrs(text)
-
-
 def _finished(path: Path, question: dict[str, Any]) -> SteppedResponse | None:
     """The result that the same call left."""
     if path.suffix != ".nc":
@@ -264,26 +254,6 @@ def _coincidence(dataset: xr.Dataset) -> list[str]:
         f"at {speeds.size} of {dataset.sizes['speed']} speeds, from {speeds[0]:.5g} to {speeds[-1]:.5g} rad/s, "
         f"balls lie in one place although this state is unstable there. {CURE}"
     ]
-
-
-def _way(
-    assembly: Assembly,
-    stations: Sequence[str] | None,
-    weights: Floats,
-    plan: Plan,
-    groups: list[list[int]],
-    speeds: Floats,
-    legs: Sequence[str],
-    found: dict[Place, Row],
-    start: str,
-    workers: int | None,
-    first: int,
-) -> Iterator[tuple[Place, Row]]:
-    """What is measured of a machine, its legs counted from the ``first`` on."""
-    stepper = partial(Stepper, assembly, averaged_stations(assembly, stations)[1], weights, plan, groups)
-    if start == "fixed":
-        return _fixed(assembly.state, stepper, speeds, set(found), workers, first)
-    return _carried(assembly.state, stepper, speeds, legs, found, first)
 
 
 def _carried(

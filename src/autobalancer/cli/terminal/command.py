@@ -35,6 +35,7 @@ from autobalancer.cli.terminal.options import (
     Unit,
 )
 from autobalancer.errors import AutobalancerError, QuestionError
+from autobalancer.progress import interrupts_noted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -77,7 +78,7 @@ class Files:
 
     def save(self, found: Any, draw: Callable[[], Figure] | None = None, machine: AnyMachine | None = None) -> None:
         """Write the result, the machine that came with it or lines of its file, and the picture."""
-        for path in self.out:
+        for path in (path for path in self.out if path not in Command.written):
             if machine is None or path.suffix.lower() not in MACHINE:
                 from autobalancer.results.store import save_run
 
@@ -142,18 +143,6 @@ def file_to_read(path: Path) -> None:
     """
     if path.is_dir():
         raise QuestionError(f"{path}: is a folder; give the path of a file")
-
-
-def refuse_two_forms(as_json: bool, as_csv: bool) -> None:
-    """Refuse two forms of one answer.
-
-    Raises
-    ------
-    QuestionError
-        If both were asked for.
-    """
-    if as_json and as_csv:
-        raise QuestionError("--json, --csv: an answer has one form; choose one of them")
 
 
 def print_json(answer: Any) -> None:
@@ -405,7 +394,8 @@ class Asking:
         """Read the options, ask, and answer in the form that was asked for."""
         own, taken, blocks = self.options
         forms = {name: words.pop(name, None) for name in ("as_json", "as_csv")}
-        refuse_two_forms(*(bool(form) for form in forms.values()))
+        if all(forms.values()):
+            raise QuestionError("--json, --csv: an answer has one form; choose one of them")
         needed = next((one for one in own if one.annotation is not typer.Context), None)
         first = needed.name if needed is not None and needed.default is Parameter.empty else ""
         path, picture = (words.pop("out", None) if self.out is not None else None), words.pop("plot", None)
@@ -421,23 +411,28 @@ class Asking:
         options = {name: value for name, value in options.items() if name not in takes or value is not None}
         several = {f"{name}s": name for word in self.take.split() if "*" in word for name in [word.partition("s*")[0]]}
         options |= {plural: options.pop(name) for plural, name in several.items() if name in options}
-        with _named_options(options, several), ExitStack() as stack:
-            if self.asked and "progress" in self.asked.kinds:
-                from autobalancer.cli.terminal.progress_bar import progress_bar
+        with interrupts_noted(written=True):
+            with _named_options(options, several), ExitStack() as stack:
+                if self.asked and "progress" in self.asked.kinds:
+                    from autobalancer.cli.terminal.progress_bar import progress_bar
 
-                options["progress"] = stack.enter_context(progress_bar(self.bar or "done"))
-            wanted = inspect.signature(self.body).parameters
-            options |= {
-                name: value for name, value in (("files", files), ("as_json", forms["as_json"])) if name in wanted
-            }
-            found = self.body(**options)
-            if found is None:
-                assert self.asked is not None
-                found = self.asked(**options)
-        reply = found if isinstance(found, Reply) else Reply(found)
-        if self.draw and reply.draw is None:
-            reply.draw = lambda: _figure(reply.answer, units)
-        about = {first: _plain_word(words[first])} if first else {}
+                    options["progress"] = stack.enter_context(progress_bar(self.bar or "done"))
+                wanted = inspect.signature(self.body).parameters
+                options |= {
+                    name: value for name, value in (("files", files), ("as_json", forms["as_json"])) if name in wanted
+                }
+                found = self.body(**options)
+                if found is None:
+                    assert self.asked is not None
+                    found = self.asked(**options)
+            reply = found if isinstance(found, Reply) else Reply(found)
+            if self.draw and reply.draw is None:
+                reply.draw = lambda: _figure(reply.answer, units)
+            files.save(reply.answer, reply.draw, reply.machine)
+            for more in reply.also:
+                more.save()
+        word = words.get(first)
+        about = {first: [*map(str, word)] if isinstance(word, list) else str(word)} if first else {}
         answered(reply, files, units["frequency_unit"] or units["speed_unit"], about, **forms)
 
 
@@ -447,11 +442,8 @@ OUTCOMES = {"not finite": 3, "too dense": 3, "step too small": 4, "budget spent"
 def answered(
     reply: Reply, files: Files, unit: str, about: Mapping[str, Any], *, as_json: bool | None, as_csv: bool | None
 ) -> None:
-    """Write files, print the answer in the form that was asked for, and leave with the code of its outcome."""
+    """Print the answer in the form that was asked for, and leave with the code of its outcome."""
     answer = reply.answer
-    files.save(answer, reply.draw, reply.machine)
-    for more in reply.also:
-        more.save()
     if as_json:
         print_json(json_of(reply, about))
     elif as_csv:
@@ -554,10 +546,6 @@ def _figure(found: Any, units: Mapping[str, str]) -> Figure:
 
     known = next(iter(pictures_of(found).values())).options
     return answer(found, **{key: value for key, value in units.items() if value and key in known})
-
-
-def _plain_word(value: Any) -> Any:
-    return [str(one) for one in value] if isinstance(value, list) else str(value)
 
 
 def _own_parameters(body: Callable[..., Any]) -> tuple[list[Parameter], dict[str, type]]:

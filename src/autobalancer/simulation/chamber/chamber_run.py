@@ -30,7 +30,7 @@ from autobalancer.kernels.chamber.chamber_records import (
 from autobalancer.kernels.fields import Rows
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine.keys import bare_numbers
-from autobalancer.progress import shows_progress
+from autobalancer.progress import interrupts_noted, raise_noted, shows_progress
 from autobalancer.results.answers.answer import Form, provenance
 from autobalancer.results.answers.run import Run
 from autobalancer.results.labels import label
@@ -179,32 +179,33 @@ def simulate_chamber(
     waiting = [march.first()] if resume is None else []
     kept = march.samples
     name, text = "finished", f"reached {end:.6g} s"
-    try:
-        while march.samples < samples:
-            part = march.take(min(chunk - march.samples % chunk, samples - march.samples), told)
-            if march.interrupted and not part.sizes["time"]:
-                raise KeyboardInterrupt
-            if waiting:
-                part = joined([waiting.pop(), part])
-            now = march.samples * interval
-            if chunks["on_chunk"] is not None:
-                about = (machine, attributes, "running", f"reached {now:.6g} s of {end:.6g} s", end)
-                chunks["on_chunk"](labeled(part, *about), march.checkpoint())
-            parts = [*parts, part] if chunks["keep"] else [part]
-            kept = march.samples
-            if march.interrupted:
-                raise KeyboardInterrupt
-            if march.failure:
-                name, text = march.failure
-                break
-    except KeyboardInterrupt:
-        if not keep_on_interrupt:
-            raise
-        text = f"interrupted at {kept * interval:.6g} s of {end:.6g} s; what was computed is kept"
-        name = "interrupted"
-    return labeled(
-        joined([*waiting, *parts]) if waiting or parts else march.first(), machine, attributes, name, text, end
-    )
+    with interrupts_noted(keep=keep_on_interrupt):
+        try:
+            while march.samples < samples:
+                part = march.take(min(chunk - march.samples % chunk, samples - march.samples), told)
+                if march.interrupted and not part.sizes["time"]:
+                    raise KeyboardInterrupt
+                if waiting:
+                    part = joined([waiting.pop(), part])
+                now = march.samples * interval
+                if chunks["on_chunk"] is not None:
+                    about = (machine, attributes, "running", f"reached {now:.6g} s of {end:.6g} s", end)
+                    chunks["on_chunk"](labeled(part, *about), march.checkpoint())
+                parts = [*parts, part] if chunks["keep"] else [part]
+                kept = march.samples
+                if march.interrupted:
+                    raise KeyboardInterrupt
+                if march.failure:
+                    name, text = march.failure
+                    break
+        except KeyboardInterrupt:
+            if not keep_on_interrupt:
+                raise
+            text = f"interrupted at {kept * interval:.6g} s of {end:.6g} s; what was computed is kept"
+            name = "interrupted"
+        return labeled(
+            joined([*waiting, *parts]) if waiting or parts else march.first(), machine, attributes, name, text, end
+        )
 
 
 def _duration(machine: ChamberMachine, duration: float | str | None) -> float:
@@ -285,6 +286,7 @@ class March:
         try:
             for first in range(0, count, at_once):
                 some = slice(first, first + at_once)
+                raise_noted()
                 _advance(self.method, self.chamber, Samples(self.every, samples.rows[some], samples.balls[some]))
                 if self.chamber.progress.trouble:
                     break
@@ -367,7 +369,7 @@ def restore(machine: ChamberMachine, step: float, every: int, held: dict[str, Ar
         raise QuestionError(
             f"resume: not a checkpoint of a chamber run of this version; it lacks {', '.join(sorted(missing))}"
         )
-    same = all(_same_form(held[name], value) for name, value in requested.items())
+    same = all((held[name].dtype, held[name].shape) == (one.dtype, one.shape) for name, one in requested.items())
     if not same or any(held[name].size != 1 for name in ("first_energy", "every", "method")):
         raise QuestionError(
             "resume: the checkpoint is damaged or belongs to another machine; resume it with its own machine file"
@@ -389,11 +391,6 @@ def _chamber_attributes(chamber: Chamber) -> dict[str, Any]:
     """What describes a run and what it changes, by name."""
     kept = {name: getattr(chamber, name) for name in DESCRIBED + CHANGED if name != "pairs"}
     return kept | {f"pairs_{name}": value for name, value in chamber.pairs._asdict().items()}
-
-
-def _same_form(found: Array, requested: Any) -> bool:
-    """Whether an array has the form of the one asked for."""
-    return bool(found.dtype == requested.dtype and found.shape == requested.shape)
 
 
 def _fill(target: Any, source: Array) -> None:

@@ -31,6 +31,7 @@ from autobalancer.kernels.many_members import DONE, FLAGS, STOP, Found, Members,
 from autobalancer.kernels.measures.columns_of_measures import ITERATED, WIDTH
 from autobalancer.kernels.measures.workspace import HELD, MeasureInputs, inputs_type
 from autobalancer.kernels.system import BALLS, VX, Floats, Integers, Matrix, System, system_type
+from autobalancer.progress import interrupts_noted, raise_noted
 from autobalancer.results.measure_table import SWEPT
 from autobalancer.results.run_arrays import SETTLING_FROM
 from autobalancer.simulation.record import Envelope, LastRevolutions, Sampling, record_for
@@ -755,6 +756,7 @@ def run_groups(
     return ran, seconds, stopped or groups.interrupted
 
 
+@interrupts_noted(keep=False)
 def run_threads(work: Shared, workers: int, before: int, total: int, progress: Progress | None) -> None:
     """Let so many threads do a piece of work; ``before`` of the ``total`` are done already.
 
@@ -768,6 +770,7 @@ def run_threads(work: Shared, workers: int, before: int, total: int, progress: P
 
     def look() -> None:
         nonlocal told
+        raise_noted()
         if progress is not None and (done := before + work.done()) != told:
             told = done
             progress(done, total)

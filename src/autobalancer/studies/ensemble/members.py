@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-import signal
-import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import lru_cache
 from itertools import islice
@@ -35,6 +33,7 @@ from autobalancer.errors import CatalogError, MachineError, QuestionError, UnitE
 from autobalancer.kernels.records import CONTACT
 from autobalancer.kernels.system import BALLS, VY, Floats, Integers, X, Y
 from autobalancer.machine import Machine, PlanarRotor
+from autobalancer.progress import interrupts_noted
 from autobalancer.random_numbers import generator
 from autobalancer.simulation.fluid_lag import prepare
 from autobalancer.studies.ensemble.columns import Changed, Columns, Described, Words, ball_of
@@ -52,39 +51,6 @@ from autobalancer.studies.ensemble.layout import (
     words_of,
 )
 from autobalancer.studies.variations import variation_text, with_variation
-
-
-@contextmanager
-def interrupts_noted() -> Iterator[list[int]]:
-    """While it lasts, a first Ctrl-C only fills the list, so that no work is left half done; a second one is raised.
-
-    So does any other signal that is taken for Ctrl-C, such as SIGTERM on the command line.
-    """
-    noted: list[int] = []
-
-    def noting(before: Callable[[int, Any], Any]) -> Callable[[int, Any], None]:
-        def note(number: int, frame: Any) -> None:
-            try:
-                before(number, frame)
-            except KeyboardInterrupt:
-                noted.append(number)
-                if len(noted) > 1:
-                    raise
-
-        return note
-
-    taken: dict[int, Any] = {}
-    if threading.current_thread() is threading.main_thread():  # no other one is interrupted
-        numbers = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-        taken = {number: signal.getsignal(number) for number in numbers if callable(signal.getsignal(number))}
-    for number, before in taken.items():
-        signal.signal(number, noting(before))
-    try:
-        yield noted
-    finally:
-        for number, before in taken.items():
-            signal.signal(number, before)
-
 
 Impossible = Literal["refuse", "record"]
 REFUSED = (UnitError, QuestionError, MachineError, CatalogError)  # what says that a member is impossible
@@ -158,9 +124,11 @@ class Members:
         """
         with interrupts_noted() if keep_on_interrupt else nullcontext(list[int]()) as noted:
             try:
-                return self._sorted(plan, how, noted, follow=follow, interpolate=interpolate)
+                found = self._sorted(plan, how, noted, follow=follow, interpolate=interpolate)
             except Differs:
-                return self._sorted(plan, how, noted, follow=False)
+                found = self._sorted(plan, how, noted, follow=False)
+            noted.clear()  # those that are ready are to run
+            return found
 
     def _sorted(
         self, plan: Plan, how: Impossible, noted: Sequence[int] = (), *, follow: bool, interpolate: bool = False
