@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -45,12 +46,13 @@ from autobalancer.stability.basins import (
     unit_of_axis,
 )
 from autobalancer.studies.ensemble.layout import PART, Bench, Group, Integration, Shared, run_threads
-from autobalancer.studies.random_starts import refuse_axes, verdict_starts
+from autobalancer.studies.random_starts import verdict_starts
 from autobalancer.units import argument, list_argument, optional_argument
 
 # Starts whose ends have names: runs by the loop of ensembles, looked at again and again until their balls rest.
 
 
+_AXIS = re.compile(r"ball_angle\[\d+\]|ball_speed(\[\d+\])?|acceleration")
 FIRST, GROWTH = 1.0 / 64.0, 1.25  # first look, over the hold; time of a look over that of the one before
 AGAIN, LONGER = 1.0 / 256.0, 1.6  # balls that rested are looked at again this soon, then after longer whiles
 LOOKS = 4  # in a row at which balls rest that are at rest
@@ -354,7 +356,7 @@ def basin(
         raise QuestionError("basin: give one or two axes, or a number of random starts")
     if acceleration is not None and "acceleration" in chosen:
         raise QuestionError("basin: the acceleration is given twice, as an axis and as a number; leave out one")
-    refuse_axes(chosen, len(resolve(machine)))
+    _refuse_axes(chosen, len(resolve(machine)))
     # ends have names where balls come to rest in the rotor: no gravity in its plane, no forces that may hold them elsewhere;
     # and where states of small motions are those of large ones: no rubber that softens, no bearing that hardens
     falls = machine.axis == "horizontal" and machine.gravity > 0.0
@@ -389,3 +391,24 @@ def _plain(machine: Machine | ChamberMachine) -> Machine:
             "your numbers; in Python ab.chamber.amplitudes(..., seeds=range(50)). For one: autobalancer simulate FILE --seed 7"
         )
     return cast(Machine, machine)
+
+
+def _refuse_axes(axes: Mapping[str, Sequence[float]], balls: int) -> None:
+    """Refuse axes over starts that a machine with so many balls does not have.
+
+    Raises
+    ------
+    QuestionError
+        It says which there are.
+    """
+    for name, values in axes.items():
+        ball = name.partition("[")[2].rstrip("]")
+        if not _AXIS.fullmatch(name) or (ball and not 1 <= int(ball) <= balls):
+            raise QuestionError(
+                f"basin: no axis {name!r}; there are ball_angle[1] to ball_angle[{balls}], ball_speed[i], ball_speed, "
+                "acceleration"
+            )
+        if not len(values) or not np.all(np.isfinite(values)):
+            raise QuestionError("basin: each axis needs a list of finite numbers")
+        if name == "acceleration" and min(values) <= 0.0:
+            raise QuestionError("basin: an acceleration must be greater than zero")

@@ -7,7 +7,6 @@ rotor, as with gravity in its plane. Such an end is named by the verdict on its 
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import product
@@ -68,7 +67,6 @@ STORED_MEASURES = (
 )
 OVERLAPPING = "overlapping start"
 OF_RUNS = (*STORED_MEASURES, "outcome", "verdict", "vibration_without_balls", "stalled_balls", "seed", "reason")
-_AXIS = re.compile(r"ball_angle\[\d+\]|ball_speed(\[\d+\])?|acceleration")
 DECAYS = 10.0  # decay times after which a motion counts no longer: exp(-10)
 
 
@@ -156,27 +154,6 @@ def verdict_starts(
         result["peak_without_balls"] = peak_without_balls(steady, tolerance)
     result.attrs["remarks"] += falling_note(machine, 0.0 if acceleration or "acceleration" in axes else speed)
     return result
-
-
-def refuse_axes(axes: Mapping[str, Sequence[float]], balls: int) -> None:
-    """Refuse axes over starts that a machine with so many balls does not have.
-
-    Raises
-    ------
-    QuestionError
-        It says which there are.
-    """
-    for name, values in axes.items():
-        ball = name.partition("[")[2].rstrip("]")
-        if not _AXIS.fullmatch(name) or (ball and not 1 <= int(ball) <= balls):
-            raise QuestionError(
-                f"basin: no axis {name!r}; there are ball_angle[1] to ball_angle[{balls}], ball_speed[i], ball_speed, "
-                "acceleration"
-            )
-        if not len(values) or not np.all(np.isfinite(values)):
-            raise QuestionError("basin: each axis needs a list of finite numbers")
-        if name == "acceleration" and min(values) <= 0.0:
-            raise QuestionError("basin: an acceleration must be greater than zero")
 
 
 def _as_it_is(machine: Machine, seed: int) -> dict[str, list[float]]:
