@@ -199,6 +199,8 @@ def test_balls_alone_are_the_element_of_the_package(tmp_path: Path) -> None:
     assert c.step(one, 0.05) == pytest.approx(exact, abs=1e-7)
     assert set(c.parameters) >= {"balancers[1].races[1].drag.damping"}
     assert not any(path.startswith("drive") for path in c.parameters)
+    names = [*c.states, *c.outputs, *c.parameters, *c.names(3)]
+    assert len(set(names)) == len(names) == 4 + 3 + 4 + 3 + 9 + len(c.parameters) + 9
 
 
 def test_a_drive_from_outside_must_be_of_the_kind_of_the_machine(tmp_path: Path) -> None:

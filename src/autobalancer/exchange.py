@@ -260,13 +260,15 @@ def _content_of_balls(machine: Machine, options: _Options) -> Content:
     image, count, rows = _image_of_balls(machine, options), its.state.size // 2, its.rows
     number = [str(i + 1) for i in range(count)]
     states = [_labeled(name, i) for name in ("ball_angle_in_rotor", "ball_speed_in_rotor") for i in number]
-    states = [each._replace(start=float(start)) for each, start in zip(states, its.state, strict=True)]
+    hidden = [
+        each._replace(name=f"state.{each.name}", start=float(v)) for each, v in zip(states, its.state, strict=True)
+    ]
     # forces of rows and rotor; units of a slope are those of an angle and a moment
     turning = [*("slope" if row.startswith("d") else "" for row in rows), "rotor"]
     every = [*rows, "rotor angle"]
     units = ["N m" if turn else "N" for turn in turning]
     outputs = [Variable(f"force[{row}]", unit, f"on the shaft: {row}") for row, unit in zip(every, units, strict=True)]
-    outputs += [each._replace(start=0.0) for each in states]
+    outputs += states
     outputs += [Variable(f"force_at_rest[{row}]", unit, f"the same without accelerations: {row}")
                 for row, unit in zip(every, units, strict=True)]  # fmt: skip
     power = [1 if turn else 0 for turn in turning]
@@ -291,7 +293,7 @@ def _content_of_balls(machine: Machine, options: _Options) -> Content:
         "DECAY": float((balls.drag / balls.inertia).max(initial=0.0)),
     }  # fmt: skip
     return Content(
-        "balancer.c", image, states, outputs, inputs, numbers, [], {"ab_kernel_element": (element, None)}, True
+        "balancer.c", image, hidden, outputs, inputs, numbers, [], {"ab_kernel_element": (element, None)}, True
     )
 
 
