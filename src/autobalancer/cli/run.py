@@ -59,7 +59,7 @@ def simulate(
     Example: autobalancer simulate stall_and_release.toml \\
       --out stall.nc
     """
-    from autobalancer.cli.terminal.progress_bar import Console, Patience, of_time, progress_bar
+    from autobalancer.cli.terminal.progress_bar import Console, Patience, progress_bar
     from autobalancer.simulation import held_run
 
     described = ab.load_machine(machine)
@@ -79,7 +79,7 @@ def simulate(
     with progress_bar(described.name) as update:
 
         def progress(now: float, end: float) -> None:
-            of_time(update)(now, end)
+            update(now, end, now=f"{now:.4g} s of {end:.4g} s")
             patience.look(now, end)
 
         result = ab.simulate(

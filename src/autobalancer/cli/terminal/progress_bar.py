@@ -51,11 +51,6 @@ class _Words:
         self.console.print(f"{self.text}: {how_far} after {waited:.0f} s", highlight=False)
 
 
-def of_time(update: Update) -> Callable[[float, float], None]:
-    """Progress that is said as a time of a longer one."""
-    return lambda now, end: update(now, end, now=f"{now:.4g} s of {end:.4g} s")
-
-
 # A word when a run takes long, also where no progress bar is seen.
 
 
