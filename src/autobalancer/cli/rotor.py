@@ -65,6 +65,9 @@ def _with_critical_speeds(found: Any, machine: Any, balls: bool) -> Reply:
 # ``autobalancer response``: the synchronous unbalance response of a rotor.
 
 
+FEW = 20  # speeds of which each has a row of its own
+
+
 @command("rotor.response", take="balls quantity", draw=True, unit="speed")
 def response(
     machine: MachineFile,
@@ -86,6 +89,7 @@ def response(
       --speeds "600 rpm:5500 rpm:400" --plot bode.png
     """
     from autobalancer.files.machine_file import load_race_machine
+    from autobalancer.tables import Column
 
     many = speeds.size > 1
     allowed = ("bode", "polar") if many else ("orbits", "axis")
@@ -109,7 +113,13 @@ def response(
         return Reply(found, numbers, columns=_whirl(found), facts=(), draw=draw)
     peaks = ab.rotor.response_peaks(described, float(speeds[0]), float(speeds[-1]), *about, **options)
     mean = f"mean over the stations, greatest {options['quantity']}"
-    return Reply(found, numbers, more=[(mean, peaks.columns(speed_sign()))], lines=peaks.remarks(), draw=draw)
+    more = [(mean, peaks.columns(speed_sign()))]
+    if speeds.size <= FEW:
+        each = [
+            Column(str(name), _sizes(found["semi_major"].sel(station=name), found)) for name in found["station"].values
+        ]
+        more.insert(0, ("", [Column("at", [speed_text(float(speed)) for speed in speeds]), *each]))
+    return Reply(found, numbers, more=more, lines=peaks.remarks(), draw=draw)
 
 
 def _place(machine: Any, text: str) -> str | float:
@@ -118,20 +128,22 @@ def _place(machine: Any, text: str) -> str | float:
     return text if known or text.strip()[:1] not in set("+-.0123456789") else float(quantity("--station", text, "m"))
 
 
+def _sizes(values: xr.DataArray, found: xr.Dataset) -> list[str]:
+    from autobalancer.results.display_units import length_text
+
+    rate = {"displacement": "", "velocity": "/s", "acceleration": "/s^2"}[found.attrs["quantity"]]
+    return [length_text(float(size)) + rate for size in values.values]
+
+
 def _whirl(found: xr.Dataset) -> list[Column]:
     """How each station whirls at one speed."""
-    from autobalancer.results.display_units import length_text
     from autobalancer.tables import Column
 
-    at, rate = found.isel(speed=0), {"displacement": "", "velocity": "/s", "acceleration": "/s^2"}
-    sizes = {
-        name: [length_text(float(size)) + rate[found.attrs["quantity"]] for size in at[name].values]
-        for name in ("semi_major", "semi_minor")
-    }
+    at = found.isel(speed=0)
     return [
         Column("station", [str(name) for name in at["station"].values]),
         Column("whirl", at["whirl"].values.tolist()),
-        *(Column(name.replace("_", "-"), texts) for name, texts in sizes.items()),
+        *(Column(name.replace("_", "-"), _sizes(at[name], found)) for name in ("semi_major", "semi_minor")),
         Column("direction of major", [math.degrees(a) for a in at["inclination"].values], "deg", ".3g"),
         Column("phase", [math.degrees(a) for a in at["phase"].values], "deg", ".4g"),
     ]

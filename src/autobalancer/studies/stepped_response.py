@@ -325,16 +325,6 @@ SOURCES = {
 }  # fmt: skip
 
 
-def ball_motions(swing: np.ndarray, mean_speed: np.ndarray, speed: np.ndarray, whirls: np.ndarray) -> np.ndarray:
-    """Number in :data:`MOTIONS` of each ball; ``swing`` (rad) and ``mean_speed`` are (..., ball), -1 where unknown.
-
-    A ball is *stalled* that with its mean speed hangs at a whirl of the rotor, by the rule of kernels/measures/record_series.py;
-    else *swinging* if its angle moves by more than 1 degree in the window; else *at rest*.
-    """
-    motion = np.where(hanging(mean_speed, speed, whirls), 2, np.where(swing > SWING, 1, 0))
-    return np.asarray(np.where(np.isfinite(swing), motion, -1), np.int64)
-
-
 def step_dataset(
     assembly: Assembly,
     speeds: Sequence[float],
@@ -388,7 +378,9 @@ def step_dataset(
     if n:
         swing = result["greatest_ball_angle_in_rotor"].values - result["least_ball_angle_in_rotor"].values
         lag = result["mean_ball_speed_in_rotor"].values
-        motion = ball_motions(swing, lag, np.asarray(speeds)[None, :, None], assembly.whirls)
+        # stalled is a ball whose mean speed hangs at a whirl, by the rule of kernels/measures/record_series.py
+        hung = hanging(lag, np.asarray(speeds)[None, :, None], assembly.whirls)
+        motion = np.where(np.isfinite(swing), np.where(hung, 2, np.where(swing > SWING, 1, 0)), -1)
         attrs = {"flag_values": list(range(len(MOTIONS))), "flag_meanings": list(MOTIONS)}
         result["ball_motion"] = (("direction", "speed", "ball"), motion, {"long_name": "what a ball does", **attrs})
         whole = motion.max(axis=2)
