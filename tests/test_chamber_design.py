@@ -87,7 +87,7 @@ def test_designs_stop_where_their_reasons_say_and_the_best_one_is_a_machine(tmp_
     assert left.any()
     assert all(text.startswith("not run: the budget of 2 designs was used up") for text in found["reason"].values[left])
     assert found.ruled_out() == {"capability": int(ruled.sum()), "not run": int(left.sum())}
-    undecided = "no design is known to keep all limits: for 2 of 2 there are too few runs to tell; the best: "
+    undecided = "no design is known to keep all limits: for 2 of 2 there are too few runs to tell; the first in order: "
     assert found.answer().startswith(undecided)
     assert "share of the runs in which a ball does not go around with the rotor: 100 (21 to 100) %" in found.answer()
     best = found.isel(design=int(np.nanargmin(found["place"].values)))

@@ -119,7 +119,7 @@ class Designed(Answer):
         if left := int((meets == 0).sum()):
             which = ", ".join(name.removesuffix(OPEN) for name in names)
             tell = f"for {left} of {ran} there are too few runs to tell"
-            return f"no design is known to keep all limits: {tell}; the best: {first}, undecided by {which}"
+            return f"no design is known to keep all limits: {tell}; the first in order: {first}, undecided by {which}"
         missed = [name for name in names if not name.endswith(OPEN)]
         texts = [f"{name} {self._beyond(best, name.replace(' ', '_'), limits)}" for name in missed]
         return f"no design keeps all limits; the nearest misses {len(missed)}: {', '.join(texts)}; it is {first}"
