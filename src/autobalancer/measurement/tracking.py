@@ -512,9 +512,12 @@ def _refuse_fast(orders: Orders, slow: xr.Dataset, where: str) -> None:
     lasting = np.sort(independent(orders)["speed"].values)[:LEAST].max()
     text = f"slow_roll: {where} the rotor turns at {here.mean() * 30.0 / np.pi:.4g} rpm"
     if here.min() > SLOW * lasting:
+        slowest, fast = speeds.argmin(), np.flatnonzero(speeds > SLOW * lasting)
+        ends = fast[fast < slowest].max(initial=-1) + 1, fast[fast > slowest].min(initial=speeds.size) - 1
+        begin, end = orders["time"].values[list(ends)]
         raise QuestionError(
-            f"{text}, but at {speeds.min() * 30.0 / np.pi:.4g} rpm about {float(orders['time'][speeds.argmin()]):.3g} s: "
-            "vibration would be subtracted as run-out; give the interval in which it turns slowest"
+            f"{text}, but at {speeds.min() * 30.0 / np.pi:.4g} rpm and little more from {begin:.4g} s to {end:.4g} s: vibration "
+            "would be subtracted as run-out; give this interval, in which it turns slowest"
         )
     if max(speeds.max(), here.max()) <= SPREADS[0] * here.min():
         raise QuestionError(
