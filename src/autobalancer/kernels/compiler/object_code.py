@@ -43,6 +43,7 @@ def intermediate_code(kernels: Mapping[str, tuple[Any, Any]]) -> str:
         part = llvm.parse_assembly(_without_python(str(result.library._get_module_for_linking())))
         own = part.get_function(result.fndesc.llvm_func_name)
         own.name, own.linkage = name, "external"
+        own.visibility = "hidden"  # several machines in one program have kernels of their own
         whole.link_in(part)
     for function in whole.functions:
         if not function.is_declaration and function.name not in kernels:

@@ -1,5 +1,8 @@
 /* What a machine and a balancer have in common: the block of numbers, parameters, inputs, and copies of all of it. */
 
+#ifdef __x86_64__
+#include <cpuid.h>
+#endif
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -75,11 +78,19 @@ static void start(ab_machine *m) {
     show(m);
 }
 
-ab_machine *ab_create(void) {
-#if defined(__x86_64__) && (defined(__GNUC__) || defined(__clang__))
-    __builtin_cpu_init();
-    if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) return NULL;
+/* Whether this processor and its system have AVX2 and fused multiplication, which the kernels use. */
+static int can_run(void) {
+#ifdef __x86_64__
+    unsigned a, b, c, d;
+    if (!__get_cpuid(1, &a, &b, &c, &d) || !(c >> 12 & 1) || !(c >> 27 & 1)) return 0;
+    return __get_cpuid_count(7, 0, &a, &b, &c, &d) && (b >> 5 & 1);
+#else
+    return 1;
 #endif
+}
+
+ab_machine *ab_create(void) {
+    if (!can_run()) return NULL;
     ab_machine *m = calloc(1, sizeof *m);
     if (m == NULL || (m->memory = malloc(sizeof ab_words + 64)) == NULL) {
         free(m);
