@@ -148,7 +148,7 @@ def test_what_is_not_possible_is_refused_and_changes_nothing(library: tuple[Libr
     assert (c.state(one) == before).all()
 
 
-@pytest.mark.parametrize("name", ["rigid_rotor", "variant_magnets"])
+@pytest.mark.parametrize("name", ["rigid_rotor", pytest.param("variant_magnets", marks=pytest.mark.slow)])
 def test_parameters_change_the_numbers_of_a_machine_as_the_assembly_does(name: str) -> None:
     machine = ab.load_machine(MACHINES / f"{name}.toml")
     known = parameters_of(machine, _image_of)

@@ -260,9 +260,12 @@ def _square(axes: Axes, values: Any) -> None:
 
 
 def _units(dataset: xr.Dataset) -> tuple[str, Any]:
-    """The units of all readings, and the factor of each sensor, (C,)."""
+    """The unit of all readings, and the factor of each sensor, (C,); of several units each is shown over its greatest reading."""
     signs, factors = zip(*(channel_unit(dataset.isel(channel=c)) for c in range(dataset.sizes["channel"])), strict=True)
-    return ", ".join(dict.fromkeys(signs)), np.array(factors)
+    if len(set(signs)) == 1:
+        return signs[0], np.array(factors)
+    greatest = {sign: dataset["original"].values[[other == sign for other in signs]].max() for sign in signs}
+    return f"of the greatest in {' and in '.join(greatest)}", np.array([1.0 / greatest[sign] for sign in signs])
 
 
 def _before_and_after(axes: Axes, dataset: xr.Dataset) -> None:
