@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from html import escape
@@ -28,6 +29,7 @@ from autobalancer.app.store.jobs import Job
 from autobalancer.app.store.pictures import file_of, svg_of
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.machine_file import load_race_machine
+from autobalancer.machine_kinds import RACES, machine_kind
 from autobalancer.reporting.report import report
 from autobalancer.results.answers.studied import Studied
 from autobalancer.studies.design.designs import Designed, designed_machine
@@ -131,11 +133,19 @@ class Results:
                 ui.label("Save as").classes("quiet")
                 for kind, word in _links(entry).items():
                     marked(ui.link(word, f"/study/{entry.name}/{kind}").props("download"), at=kind)
-                for form in FORMS if entry.finished else ():
+                for form in FORMS if self._reportable() else ():
                     act, word = partial(self._report, form), f"Report ({form.upper()})"
                     button(word, act, "description", "outline dense no-caps", at=f"study report {form}")
             ui.label("The same on the command line, with these files in one folder:").classes("quiet")
             ui.html(f'<pre class="said" data-at="command">{escape(entry.command)}</pre>', sanitize=False)
+
+    def _reportable(self) -> bool:
+        """Whether there is something to report on: of a design a machine with races."""
+        if self.entry.kind != kept.DESIGN or not self.entry.finished:
+            return self.entry.finished
+        with suppress(QuestionError):
+            return machine_kind(designed_machine(kept.result_of(self.shelf, self.entry.name))) is RACES
+        return False
 
     def _report(self, form: str) -> None:
         name, place = self.entry.name, self.body.chosen
