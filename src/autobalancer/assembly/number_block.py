@@ -6,6 +6,7 @@ import itertools
 import math
 import struct
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from autobalancer.machine.path import entry_at, label_of_path, parameter_paths, 
 from autobalancer.results.labels import Variable
 
 WORD, LINE = 8, 64  # bytes of a word, and to whose multiples arrays begin
+ROUNDING = 1e-14
 ARRAY = 5  # words of an array before its shape: owner, parent, count, bytes of one, address
 
 
@@ -29,6 +31,7 @@ class Image:
         self.addresses: list[int] = []
         self.floats: set[int] = set()
         self._words: list[int] = []
+        self._plain: list[tuple[int, int]] = []  # begin and count of arrays of floats
         self._arrays: list[tuple[str, int, np.ndarray]] = []
         for name, part in parts.items():
             self._add(name, part)
@@ -41,6 +44,11 @@ class Image:
                 self._copy(array)
             self._words[at], self.data[name] = known[place] * WORD, known[place]
         self.words = np.array(self._words, np.int64)
+        # what is rounding, beside the other numbers of an array
+        self.noise = np.zeros(self.words.size)
+        for begin, count in self._plain:
+            numbers = np.abs(self.values[begin : begin + count])
+            self.noise[begin : begin + count] = ROUNDING * numbers[np.isfinite(numbers)].max(initial=0.0)
 
     def _add(self, name: str, value: Any) -> None:
         self.starts[name] = len(self._words)
@@ -67,6 +75,7 @@ class Image:
         if fields is None:
             if array.dtype.kind in "fc":
                 self.floats.update(range(begin, len(self._words)))
+                self._plain.append((begin, len(self._words) - begin))
             return
         each = array.itemsize // WORD
         for kind, offset, *_ in fields.values():
@@ -96,6 +105,7 @@ EXACT = 1e-11  # relative to the word
 TOGETHER = 1e-8  # the same where all parameters have changed at once
 _MIDDLE, _HALF = 0.5 * (RANGE[0] + RANGE[1]), 0.5 * (RANGE[1] - RANGE[0])
 FACTORS = tuple((_MIDDLE + _HALF * np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)).tolist())
+FEW = FACTORS[::3]  # enough for a low degree
 # tolerances are those of the machine as it was written; measures of a whole run are not in the library
 _NOT_IN_STEPS = (
     "whirls", "mass", "gyroscopic", "model_speeds", "model_damping", "model_stiffness", "held_stiffness", "held_damping",
@@ -137,11 +147,12 @@ def parameters_of(machine: Machine, image_of: Callable[[Machine], Image], within
         for word in range(base.data[name], base.data[name] + length_of(base, name))
     }
 
-    def changed(values: dict[str, float]) -> dict[int, float] | None:
+    @cache
+    def changed(*values: tuple[str, float]) -> dict[int, float] | None:
         """Words with their changes where these numbers have other values; None if that is another kind of machine."""
         try:
             other = machine
-            for path, value in values.items():
+            for path, value in values:
                 other = with_entry(other, path, value)
             block = image_of(other)
         except AutobalancerError:
@@ -160,25 +171,31 @@ def parameters_of(machine: Machine, image_of: Callable[[Machine], Image], within
         value = entry_at(machine, path)
         if not path.startswith(within) or not isinstance(value, float) or value == 0.0 or not math.isfinite(value):
             continue
-        moved = [changed({path: value * factor}) for factor in FACTORS]
-        kept = [m for m in moved if m is not None]
-        words = sorted(set().union(*kept))
-        if len(kept) < len(moved):
+        shapes: dict[int, tuple[float, ...] | None] = {}
+        for factors, highest in ((FEW, LOW), (FACTORS, HIGHEST)):  # most need no more than a few
+            moved = [changed((path, value * factor)) for factor in factors]
+            kept = [m for m in moved if m is not None]
+            words = sorted(set().union(*kept))
+            shapes = {
+                word: _polynomial(
+                    factors, [m.get(word, 0.0) for m in kept], base.values[word], base.noise[word], highest
+                )
+                for word in (words if len(kept) == len(moved) else [-1])
+            }
+            if None not in shapes.values() or len(kept) < len(moved):
+                break
+        if None in shapes.values():
             fixed.append(path)
             continue
-        if not words:
+        if not shapes:
             continue  # of the run or of a remark, not of the equations
-        shapes = {word: _polynomial([m.get(word, 0.0) for m in kept], base.values[word]) for word in words}
-        if any(shape is None for shape in shapes.values()):
-            fixed.append(path)
-            continue
         kept_shapes = {word: shape for word, shape in shapes.items() if shape is not None}
         about = Variable(path, unit_at(path), label_of_path(path), value)
         if max(map(len, kept_shapes.values())) > LOW:
             least, greatest = sorted(factor * value for factor in RANGE)
             about = about._replace(least=least, greatest=greatest)
         found.append((about, kept_shapes))
-    # together: those that do not keep to it are fixed, the last first
+    # together: those that do not keep to it are fixed, first what changes a word by the highest degree
     while True:
         terms = _terms(found, changed)
         wrong = _wrong(found, terms, base, changed)
@@ -187,16 +204,17 @@ def parameters_of(machine: Machine, image_of: Callable[[Machine], Image], within
         fixed.append(found.pop(wrong)[0].name)
 
 
-def _polynomial(changes: Sequence[float], value: float) -> tuple[float, ...] | None:
+def _polynomial(
+    factors: Sequence[float], changes: Sequence[float], value: float, noise: float, highest: int
+) -> tuple[float, ...] | None:
     """Coefficients of (v / v0 - 1), its square, ... of the lowest degree that gives these changes; None if none does."""
-    x = (np.array(FACTORS) - 1.0) / RANGE_SCALE
-    y = np.array(changes)
-    if not np.isfinite(y).all():
+    if len(changes) < len(factors) or not np.isfinite(changes).all():
         return None
-    for degree in range(1, HIGHEST + 1):
+    x, y = (np.array(factors) - 1.0) / RANGE_SCALE, np.array(changes)
+    for degree in range(1, highest + 1):
         powers = x[:, None] ** np.arange(1, degree + 1)
         coefficients = np.linalg.lstsq(powers, y, rcond=None)[0]
-        if np.abs(powers @ coefficients - y).max() <= EXACT * max(abs(value), float(np.abs(y).max())):
+        if np.abs(powers @ coefficients - y).max() <= max(noise, EXACT * max(abs(value), float(np.abs(y).max()))):
             return tuple((coefficients / RANGE_SCALE ** np.arange(1, degree + 1)).tolist())
     return None
 
@@ -211,7 +229,7 @@ def _terms(found: list[tuple[Variable, dict[int, tuple[float, ...]]]], changed: 
             users.setdefault(word, []).append(number)
     pairs = {pair for numbers in users.values() for pair in itertools.combinations(numbers, 2)}
     mixed = {
-        pair: changed({found[one][0].name: found[one][0].start * FACTORS[0] for one in pair}) or {} for pair in pairs
+        pair: changed(*((found[one][0].name, found[one][0].start * FACTORS[0]) for one in pair)) or {} for pair in pairs
     }
 
     def alone(number: int, word: int) -> float:
@@ -244,7 +262,7 @@ def _wrong(
     draw = np.random.default_rng(0)
     for _ in range(3):
         factors = 1.0 + draw.uniform(-0.05, 0.05, len(found))
-        truth = changed({about.name: about.start * f for (about, _), f in zip(found, factors, strict=True)})
+        truth = changed(*((about.name, about.start * float(f)) for (about, _), f in zip(found, factors, strict=True)))
         if truth is None:
             return len(found) - 1
         said: dict[int, float] = {}
@@ -252,8 +270,10 @@ def _wrong(
             said[term.word] = said.get(term.word, 0.0) + change_by(term, factors)
         for word in set(truth) | set(said):
             miss = abs(truth.get(word, 0.0) - said.get(word, 0.0))
-            if miss > TOGETHER * max(abs(base.values[word]), abs(truth.get(word, 0.0))):
-                return max(n for n, (_, shapes) in enumerate(found) if word in shapes)
+            if miss > max(base.noise[word], TOGETHER * max(abs(base.values[word]), abs(truth.get(word, 0.0)))):
+                return max(
+                    (n for n, (_, shapes) in enumerate(found) if word in shapes), key=lambda n: len(found[n][1][word])
+                )
     return None
 
 
