@@ -144,6 +144,8 @@ def test_what_is_not_possible_is_refused_and_changes_nothing(library: tuple[Libr
     assert c.c.ab_step(one, ctypes.c_double(0.05)) == 5
     assert c.c.ab_set_parameter(one, 0, ctypes.c_double(float("nan"))) == 5
     assert c.c.ab_set_parameter(one, 99, ctypes.c_double(1.0)) == 5
+    for path, value in {"rotor.mass": 0.0, "rotor.inertia": -1.0, "rotor.damping": -1.0}.items():
+        assert c.c.ab_set_parameter(one, c.parameters.index(path), ctypes.c_double(value)) == 5
     assert c.c.ab_set_input(one, ctypes.c_double(1.0)) == 5
     assert (c.state(one) == before).all()
 

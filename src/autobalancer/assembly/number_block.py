@@ -14,7 +14,7 @@ import numpy as np
 from autobalancer.errors import AutobalancerError
 from autobalancer.kernels.system import Floats
 from autobalancer.machine import Machine
-from autobalancer.machine.path import entry_at, label_of_path, parameter_paths, unit_at, with_entry
+from autobalancer.machine.path import bounds_at, entry_at, label_of_path, parameter_paths, unit_at, with_entry
 from autobalancer.results.labels import Variable
 
 WORD, LINE = 8, 64  # bytes of a word, and to whose multiples arrays begin
@@ -190,10 +190,11 @@ def parameters_of(machine: Machine, image_of: Callable[[Machine], Image], within
         if not shapes:
             continue  # of the run or of a remark, not of the equations
         kept_shapes = {word: shape for word, shape in shapes.items() if shape is not None}
-        about = Variable(path, unit_at(path), label_of_path(path), value)
+        least, greatest = bounds_at(path)
         if max(map(len, kept_shapes.values())) > LOW:
-            least, greatest = sorted(factor * value for factor in RANGE)
-            about = about._replace(least=least, greatest=greatest)
+            low, high = sorted(factor * value for factor in RANGE)
+            least, greatest = max(least, low), min(greatest, high)
+        about = Variable(path, unit_at(path), label_of_path(path), value, least, greatest)
         found.append((about, kept_shapes))
     # together: those that do not keep to it are fixed, first what changes a word by the highest degree
     while True:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
+import sys
 from collections.abc import Iterator
 from difflib import get_close_matches
 from itertools import pairwise
@@ -73,6 +75,15 @@ def unit_at(path: str, root: type[Part] = Machine) -> str:
     """SI unit of the entry at a path of any machine; empty for a plain number, or where no machine has such an entry."""
     held = (quantity_of(part, key) for part, key in _keys_at(path, root))
     return next((quantity.unit for quantity in held if quantity is not None), "")
+
+
+def bounds_at(path: str, root: type[Part] = Machine) -> tuple[float, float]:
+    """Least and greatest value of the entry at a path of any machine; infinite where it has none."""
+    held = (quantity_of(part, key) for part, key in _keys_at(path, root))
+    bounds = next((quantity for quantity in held if quantity is not None), None)
+    if bounds is None:
+        return -math.inf, math.inf
+    return sys.float_info.min if bounds.positive else 0.0 if bounds.non_negative else -math.inf, bounds.most
 
 
 def symbol_at(path: str, root: type[Part] = Machine) -> str:

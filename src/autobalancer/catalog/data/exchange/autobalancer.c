@@ -2,6 +2,7 @@
 
 #define CHUNK 20000
 #define AHEAD 16
+#define MOST_STEPS 10000000 /* in one call */
 enum { TIME, STEP, END, LONGEST, ERROR, TAKEN };                /* of the clock */
 enum { ACCEPTED, REJECTED, EVALUATIONS, NEXT_SAMPLE, FRESH = 7 }; /* of the counts */
 enum { RUNNING, FINISHED };
@@ -87,7 +88,7 @@ void ab_set_tolerance(ab_machine *m, double tolerance) {
 /* Up to so many steps towards a time, by the explicit pair of the package; states at ascending times go into rows. */
 static int advance(ab_machine *m, double end, int64_t steps, const double *times, int64_t count, double *states) {
     void *rates = (void *)ab_kernel_rates, *toggle = (void *)ab_kernel_switch, *wrong = NULL;
-    int64_t status = RUNNING, *kept_times = m->words + AB_SAMPLE_TIMES, *kept = m->words + AB_SAMPLES;
+    int64_t status = RUNNING, first = m->words[AB_COUNTS + ACCEPTED], *kept_times = m->words + AB_SAMPLE_TIMES, *kept = m->words + AB_SAMPLES;
     kept_times[2] = kept_times[5] = kept[5] = count;
     kept[2] = count * AB_STATE_COUNT;
     kept_times[4] = (int64_t)(intptr_t)times, kept[4] = (int64_t)(intptr_t)states;
@@ -96,10 +97,11 @@ static int advance(ab_machine *m, double end, int64_t steps, const double *times
     do {
         ab_kernel_advance(&status, &wrong, rates, rates, rates, toggle, toggle, toggle, at(m, AB_SYSTEM), at(m, AB_PAIR),
                           at(m, AB_RECORD), at(m, AB_MEMORY), steps);
-    } while (status == RUNNING && wrong == NULL && steps == CHUNK);
+    } while (status == RUNNING && wrong == NULL && steps == CHUNK && m->words[AB_COUNTS + ACCEPTED] - first < MOST_STEPS);
     kept_times[2] = kept_times[5] = kept[2] = kept[5] = 0;
     kept_times[4] = kept[4] = (int64_t)(intptr_t)m->words;
     if (wrong != NULL) return AB_NOT_FINITE;
+    if (status == RUNNING && steps == CHUNK) return AB_TOO_MANY_STEPS;
     return status == RUNNING || status == FINISHED ? AB_OK : (int)status;
 }
 
@@ -145,13 +147,13 @@ int ab_step(ab_machine *m, double time) {
         show(m);
         return AB_OK;
     }
-    int status = AB_OK;
+    int status = AB_OK, steps = 0;
     double end = time > AB_DURATION ? INFINITY : AB_DURATION;
     for (int k = 0; k < AHEAD; k++) m->ahead_times[k] = k == 0 ? time : time + k * way;
     m->count = 0;
     while (status == AB_OK && m->count == 0) {
         copy_spans(m, 1);
-        status = advance(m, end, 1, m->ahead_times, AHEAD, m->ahead);
+        status = steps++ == MOST_STEPS ? AB_TOO_MANY_STEPS : advance(m, end, 1, m->ahead_times, AHEAD, m->ahead);
         m->count = m->words[AB_COUNTS + NEXT_SAMPLE];
     }
     if (status != AB_OK) {

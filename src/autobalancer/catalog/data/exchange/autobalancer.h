@@ -27,7 +27,8 @@ enum {
     AB_OK = 0,
     AB_STEP_TOO_SMALL = 3, /* the step fell below rounding */
     AB_NOT_FINITE = 4,     /* the motion grew without limit */
-    AB_WRONG = 5           /* an argument is not possible: nothing was changed */
+    AB_WRONG = 5,          /* an argument is not possible: nothing was changed */
+    AB_TOO_MANY_STEPS = 6  /* ten million in one call: it stopped on the way; a drive that is far too strong? */
 };
 
 typedef struct {

@@ -93,7 +93,7 @@ int ab_step(ab_machine *m, double time) {
     double way = time - m->time, fastest = fabs(m->input[3 * ROWS + 1]);
     for (int b = 0; b < BALLS; b++) fastest = fmax(fastest, fabs(m->input[3 * ROWS + 1]) + fabs(m->state[BALLS + b]));
     double count = ceil(way * fmax(fastest / TURN, AB_DECAY / DECAY));
-    if (!(count < 1e7)) return AB_STEP_TOO_SMALL;
+    if (!(count < 1e7)) return AB_TOO_MANY_STEPS;
     int64_t steps = count < 1.0 ? 1 : (int64_t)count;
     double h = way / steps, k[4][AB_STATE_COUNT], trial[AB_STATE_COUNT];
     for (int64_t s = 0; s < steps && way > 0.0; s++) { /* the classical method of Runge and Kutta */

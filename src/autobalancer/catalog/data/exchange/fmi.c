@@ -166,8 +166,9 @@ static int step(unit *u, double time, double length) {
         return complain(u, FAILED, "a step from %g s, but the machine is at %g s", time, ab_time(u->machine));
     int status = ab_step(u->machine, time + length);
     if (status == AB_OK) return OK;
-    return complain(u, FAILED, status == AB_STEP_TOO_SMALL ? "at %g s the step size fell below rounding"
-                                                           : "at %g s the motion grew without limit", ab_time(u->machine));
+    return complain(u, FAILED, status == AB_STEP_TOO_SMALL   ? "at %g s the step size fell below rounding"
+                               : status == AB_TOO_MANY_STEPS ? "at %g s ten million steps were taken for one of the host"
+                                                             : "at %g s the motion grew without limit", ab_time(u->machine));
 }
 
 /* Derivative of some numbers in a direction of states and input, by a central difference. */
