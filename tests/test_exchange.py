@@ -212,6 +212,12 @@ def test_balls_alone_are_the_element_of_the_package(tmp_path: Path) -> None:
 def test_a_drive_from_outside_must_be_of_the_kind_of_the_machine(tmp_path: Path) -> None:
     with pytest.raises(QuestionError, match="this one gives a speed: take 'speed'"):
         ab.export(MACHINES / "discoidal.toml", tmp_path / "out", drive="torque")
+    with pytest.raises(QuestionError, match="follows a target speed"):
+        ab.export(MACHINES / "stall_and_release.toml", tmp_path / "out", drive="torque")
+    with pytest.raises(QuestionError, match="which is a file; must be a folder"):
+        ab.export(MACHINES / "discoidal.toml", MACHINES / "discoidal.toml")
+    with pytest.raises(QuestionError, match="tolerance"):
+        ab.export(MACHINES / "discoidal.toml", tmp_path / "out", tolerance=0.0)
     with pytest.raises(QuestionError, match="lags behind a speed that is not known beforehand"):
         ab.export(MACHINES / "real_race.toml", tmp_path / "out", drive="speed")
 

@@ -42,10 +42,10 @@ from autobalancer.kernels.measures.observables import observe
 from autobalancer.kernels.measures.workspace import MeasureInputs, Workspace
 from autobalancer.kernels.records import LINEAR
 from autobalancer.kernels.system import SPEED, THETA, rhs_type
-from autobalancer.machine import Machine, PrescribedSpeed
+from autobalancer.machine import Machine, PrescribedSpeed, TargetTorque
 from autobalancer.results.labels import LABELS, Variable
 from autobalancer.safe_file import as_path, write_safely
-from autobalancer.simulation import ONE_RUN, run_duration
+from autobalancer.simulation import ONE_RUN, run_duration, run_options
 from autobalancer.simulation.balancer_element import balancer_element
 from autobalancer.simulation.fluid_lag import fluid_lags
 from autobalancer.simulation.record import SampleTimes, record_for
@@ -99,7 +99,8 @@ def _prepared(machine: Machine, options: _Options) -> Prepared:
     system = assembly.system
     if options.drive:
         segments = system.drive.segments[:1].copy()
-        segments.value = assembly.state[SPEED] if options.drive == "speed" else 0.0
+        if options.drive == "speed":
+            segments.value = assembly.state[SPEED]
         segments.kind, segments.rate = LINEAR, 0.0
         system = system._replace(drive=system.drive._replace(segments=segments))
     assembly = replace(assembly, system=system)
@@ -238,16 +239,22 @@ def _content_of_machine(machine: Machine, options: _Options) -> Content:
         "ab_kernel_switch": (switch, switch_type.signature), "ab_kernel_observe": (observe, None),
     }  # fmt: skip
     shown, states = [each.about for each in outputs], _states(ready.assembly)
-    inputs = [DRIVEN[options.drive]] if options.drive else []
+    inputs = _inputs(ready, options.drive)
     return Content("autobalancer.c", image, states, shown, inputs, numbers, tables, kernels, not _switches(ready))
 
 
-DRIVEN = {
-    "torque": Variable("torque", "N m", "torque of the drive, beside what the machine's own motor gives"),
-    "speed": Variable(
-        "speed_input", "rad/s", "speed at the end of a step; in Model Exchange the acceleration, rad/s^2"
-    ),
-}
+def _inputs(ready: Prepared, drive: str) -> list[Variable]:
+    """What comes from outside, with its value at the start."""
+    if drive == "torque":
+        start = float(ready.assembly.system.drive.segments.value[0])
+        return [
+            Variable("torque", "N m", "torque on the rotor, in place of one that is given, beside a motor's", start)
+        ]
+    speed = Variable(
+        "speed_input", "rad/s", "speed at the end of a step of the host", float(ready.assembly.state[SPEED])
+    )
+    rate = Variable("acceleration_input", "rad/s^2", "acceleration of the rotor, for a host that integrates")
+    return [speed, rate] if drive else []
 
 
 def _image_of_balls(machine: Machine, options: _Options) -> Image:
@@ -447,24 +454,27 @@ def export(
         If the machine cannot be run.
     """
     machine = balls_in_races(machine)
+    run_options("export", {"tolerance": tolerance}, ONE_RUN)  # refuses what is not possible
     end, place = run_duration(machine, duration), as_path(out)
     for name, value, allowed in (
         ("part", part, ("machine", "balancer")), ("drive", drive, ("own", "speed", "torque")), ("fmi", fmi, ("2.0", "3.0")),
     ):  # fmt: skip
         if value not in allowed:
             raise QuestionError(f"{name}: given {value!r}; must be {' or '.join(map(repr, allowed))}")
+    unit = place.suffix.lower() == ".fmu"
+    if place.is_file() and not unit:
+        raise QuestionError(f"out: given {str(out)!r}, which is a file; must be a folder, or NAME.fmu")
     options = _Options("" if drive == "own" else drive, seed, tolerance, end)
     if drive != "own":
         _refuse_drive(machine, drive)
     content = (_content_of_balls if part == "balancer" else _content_of_machine)(machine, options)
     image_of, within = (_image_of_balls, ("balancers", "gravity")) if part == "balancer" else (_image_of, ("",))
-    known = parameters_of(machine, lambda other: image_of(other, options), within)
+    known = parameters_of(machine, lambda other: image_of(other, options), within, OUTSIDE[options.drive])
     laws = _own_functions(content.image)
     data = machine_data(content, known, laws)
     code = intermediate_code(
         {**content.kernels, **{f"{LAW}{number}": (law, None) for number, law in enumerate(laws.values())}}
     )
-    unit = place.suffix == ".fmu"
     name = re.sub(r"\W+", "_", place.stem).strip("_") or "machine"
     name = name if name[0].isalpha() else f"m_{name}"
     with tempfile.TemporaryDirectory() as work:
@@ -489,6 +499,11 @@ def export(
     return Exported(place, tuple(built), tuple(one.name for one in known.parameters), known.fixed, outputs, missing)
 
 
+OUTSIDE = {
+    "": (),
+    "speed": ("drive",),
+    "torque": ("drive.torque", "drive.profile"),
+}  # what comes from there has no parameters
 NO_EXCHANGE = (
     " It has Co-Simulation only: its balls stick or touch rigidly, which the steps of the machine must find; without "
     "`friction`, and with a soft contact or none, there is Model Exchange too."
@@ -502,6 +517,11 @@ def _refuse_drive(machine: Machine, drive: str) -> None:
         raise QuestionError(
             f"drive: {drive!r} needs a machine whose drive gives a {drive}; this one gives a {other}: take {other!r}, or change "
             "the part `drive` of the machine"
+        )
+    if isinstance(machine.drive, TargetTorque):
+        raise QuestionError(
+            "drive: this machine's torque follows a target speed, so a torque from outside has no place: take 'own', or give the "
+            "machine a drive of the kind 'torque'"
         )
     lagging = [
         race for balancer in machine.balancers for race in balancer.races if race.fluid and race.fluid.lag != "none"

@@ -137,8 +137,16 @@ class Known(NamedTuple):
     fixed: tuple[str, ...]
 
 
-def parameters_of(machine: Machine, image_of: Callable[[Machine], Image], within: tuple[str, ...] = ("",)) -> Known:
-    """Which numbers of a machine may be changed in its block, which ``image_of`` makes; paths begin with one of ``within``."""
+def parameters_of(
+    machine: Machine,
+    image_of: Callable[[Machine], Image],
+    within: tuple[str, ...] = ("",),
+    beyond: tuple[str, ...] = (),
+) -> Known:
+    """Which numbers of a machine may be changed in its block, which ``image_of`` makes.
+
+    Paths begin with one of ``within``, and with none of ``beyond``.
+    """
     base = image_of(machine)
     ignored = {
         word
@@ -169,7 +177,13 @@ def parameters_of(machine: Machine, image_of: Callable[[Machine], Image], within
     fixed: list[str] = []
     for path in parameter_paths(machine):
         value = entry_at(machine, path)
-        if not path.startswith(within) or not isinstance(value, float) or value == 0.0 or not math.isfinite(value):
+        if (
+            not path.startswith(within)
+            or path.startswith(beyond)
+            or not isinstance(value, float)
+            or value == 0.0
+            or not math.isfinite(value)
+        ):
             continue
         shapes: dict[int, tuple[float, ...] | None] = {}
         for factors, highest in ((FEW, LOW), (FACTORS, HIGHEST)):  # most need no more than a few

@@ -206,7 +206,7 @@ static int host_rates(ab_machine *m, double time, const double *state, double *r
     if (AB_INPUT[0]) {
         double *segment = floats(m, AB_SEGMENTS); /* a torque, or the acceleration of a given speed */
         segment[0] = time, segment[2] = AB_INPUT[0] == 's' ? state[5] : m->input[0];
-        segment[3] = AB_INPUT[0] == 's' ? m->input[0] : 0.0;
+        segment[3] = AB_INPUT[0] == 's' ? m->input[1] : 0.0;
     }
     return ab_derivatives(m, time, state, rates);
 }

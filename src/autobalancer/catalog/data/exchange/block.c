@@ -73,7 +73,8 @@ static void start(ab_machine *m) {
     move_addresses(m->words, (int64_t)(intptr_t)m->words);
     apply_parameters(m, 1);
     link_functions(m);
-    memset(m->input, 0, sizeof m->input), m->time = 0.0;
+    for (int i = 0; i < AB_INPUT_COUNT; i++) m->input[i] = ab_input_list[i].start;
+    m->time = 0.0;
     m->has_input = 0;
     show(m);
 }
