@@ -329,7 +329,8 @@ def export(
 ) -> Reply:
     """Write a machine for other programs: an FMU, or a library in C. Neither needs Python where it runs.
 
-    The steps are those of "simulate --method dormand_prince_8", to the last bit on the same computer.
+    The steps are those of "simulate --method dormand_prince_8", to the last bit on the same computer,
+    or to rounding with resolved balls or forces.
 
     Example: autobalancer export two_plane_rotor.toml --out two_planes.fmu
     """

@@ -68,7 +68,8 @@ AB_API int ab_derivatives(ab_machine *machine, double time, const double *state,
 /* Integrate up to a time and stop there. */
 AB_API int ab_step(ab_machine *machine, double time);
 /* Integrate up to a time, with the states (count rows) at ascending times on the way: the steps do not depend on them, so
-   that the numbers are those of the package to the last bit. Not of balls alone. */
+   that the numbers are those of the package to the last bit, with resolved balls or forces to rounding. Not of balls
+   alone. */
 AB_API int ab_run(ab_machine *machine, double end, const double *times, size_t count, double *states);
 AB_API void ab_set_tolerance(ab_machine *machine, double tolerance);
 AB_API int64_t ab_steps_taken(const ab_machine *machine);
