@@ -330,7 +330,7 @@ def test_exactly_at_the_critical_speed_of_an_undamped_rotor_nothing_breaks() -> 
         (lambda: ab.stability.border_curve(rig(), "viscosity", [1e-6]), "which no viscosity changes"),
         (lambda: ab.stability.border_curve(rig(), "rotor.colour", [1e-6]), "no 'colour' there"),
         (lambda: ab.stability.minimum_viscosity(rig(), 80.0), "which no viscosity changes"),
-        (lambda: ab.stability.minimum_drag(rig(), 80.0, "border"), "must be one of"),
+        (lambda: ab.stability.minimum_drag(rig(), 80.0, "border"), "given 'border'; must be 'averaged border'"),
         (lambda: ab.stability.minimum_drag(rig(), -80.0), "must be greater than zero"),
         (lambda: ab.stability.minimum_drag(rig(), 80.0, unbalance=1.0), "can balance 1021 g mm at most"),
         (lambda: with_quantity(rig(), "count", 2.5), "whole number of balls"),

@@ -328,5 +328,5 @@ runs = { duration = "0.05 s", fillings = 1 }
     assert "one sliding ball needs a friction of 0.603" in told("chamber", "bounds", "small.toml")
     assert json.loads(told("chamber", "bounds", "small.toml", "--json"))["shaking"] > 1.0
     assert "write it as NAME=VALUE" in told(*around, "friction", code=2)
-    assert "must be one of unbalance, friction" in told(*around, "color=0.1", code=2)
+    assert "must be 'unbalance', 'friction'" in told(*around, "color=0.1", code=2)
     assert "must be a share" in told(*around, "unbalance=2", code=2)

@@ -274,7 +274,7 @@ def test_one_tiny_amplitude_does_not_stretch_the_axis(log: bool) -> None:
         ({"dwell": -1.0}, "dwell: given -1.0"),
         ({"window": 0.0}, "window: given 0.0"),
         ({"acceleration": 0.0}, "acceleration: given 0.0"),
-        ({"direction": "sideways"}, "up, down or both"),
+        ({"direction": "sideways"}, "must be 'up', 'down' or 'both'"),
         ({"start": "fixed", "direction": "down"}, "leave out direction"),
         ({"stations": ["B3"]}, "there is 'B1', 'B2', 'disk'"),
         ({"settle": 0.01}, "both or none"),

@@ -366,8 +366,8 @@ def test_the_shade_of_stability_begins_at_the_border(located: bool) -> None:
 def test_pictures_of_something_else_are_refused(thin_map: xr.Dataset) -> None:
     for call, message in (
         (lambda: ab.plot.map(xr.Dataset()), "not a result of stability.map"),
-        (lambda: ab.plot.map(thin_map, x="drag"), "must be one of speed, viscosity"),
-        (lambda: ab.plot.map(thin_map, speed_unit="mph"), "must be one of rpm"),
+        (lambda: ab.plot.map(thin_map, x="drag"), "must be 'speed' or 'viscosity'"),
+        (lambda: ab.plot.map(thin_map, speed_unit="mph"), "must be 'rpm'"),
         (lambda: ab.plot.map(thin_map.isel(speed=[0])), "one value along an axis"),
         (lambda: ab.plot.answer(thin_map, "eigenvalues"), "is of a result of stability.eigenvalues; .* there are map"),
         (lambda: ab.plot.answer(thin_map, highest=9.0), "no argument 'highest' for the picture 'map'; there are"),

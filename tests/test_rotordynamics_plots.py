@@ -168,9 +168,9 @@ def test_another_result_is_refused_by_name(name: str) -> None:
 
 
 def test_unknown_units_and_parts_are_refused(response: xr.Dataset) -> None:
-    with pytest.raises(QuestionError, match="must be one of rpm"):
+    with pytest.raises(QuestionError, match="must be 'rpm'"):
         ab.plot.response(response, speed_unit="knots")
-    with pytest.raises(QuestionError, match="must be forward, x or y"):
+    with pytest.raises(QuestionError, match="must be 'forward', 'x' or 'y'"):
         ab.plot.answer(response, "polar_response", part="z")
     with pytest.raises(QuestionError, match="one speed only"):
         ab.plot.response(response.isel(speed=[0]))

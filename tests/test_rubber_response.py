@@ -231,7 +231,7 @@ def test_amplitudes_without_rubber_and_impossible_ones_are_refused() -> None:
         ab.rotor.modes(planar_linear(1e4), rubber_amplitude=1e-3)
     with pytest.raises(QuestionError, match="must be finite and not negative"):
         ab.rotor.modes(planar(), rubber_amplitude=-1.0)
-    with pytest.raises(QuestionError, match="must be line, circle or ellipse"):
+    with pytest.raises(QuestionError, match="must be 'line', 'circle' or 'ellipse'"):
         ab.rotor.modes(planar(), rubber_amplitude=1e-3, motion="spiral")
 
 

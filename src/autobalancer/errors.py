@@ -132,6 +132,20 @@ class ResultError(AutobalancerError):
     """A result file is damaged or was not written by this package."""
 
 
+def one_of(name: str, given: object, *allowed: object) -> None:
+    """Refuse what is ``given`` for an argument, unless it is one of the words that are ``allowed``.
+
+    Raises
+    ------
+    QuestionError
+        With these words.
+    """
+    if given not in allowed:
+        *most, last = map(repr, allowed)
+        words = " or ".join(filter(None, (", ".join(most), last)))
+        raise QuestionError(f"{name}: given {given!r}; must be {words}")
+
+
 def all_of(*steps: Callable[[], Any]) -> list[Any]:
     """What steps give that do not need each other.
 

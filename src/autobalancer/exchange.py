@@ -30,7 +30,7 @@ import numpy as np
 from autobalancer.assembly.number_block import WORD, Image, Known, length_of, parameters_of
 from autobalancer.assembly.places import Places, desk_for, gauges_of, places_of
 from autobalancer.assembly.system import MASS_SPREAD, Assembly, assemble
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.files.fmi_description import Description, write_unit
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.kernels.balls.element import element
@@ -456,11 +456,9 @@ def export(
     machine = balls_in_races(machine)
     run_options("export", {"tolerance": tolerance}, ONE_RUN)  # refuses what is not possible
     end, place = run_duration(machine, duration), as_path(out)
-    for name, value, allowed in (
-        ("part", part, ("machine", "balancer")), ("drive", drive, ("own", "speed", "torque")), ("fmi", fmi, ("2.0", "3.0")),
-    ):  # fmt: skip
-        if value not in allowed:
-            raise QuestionError(f"{name}: given {value!r}; must be {' or '.join(map(repr, allowed))}")
+    one_of("part", part, "machine", "balancer")
+    one_of("drive", drive, "own", "speed", "torque")
+    one_of("fmi", fmi, "2.0", "3.0")
     unit = place.suffix.lower() == ".fmu"
     if place.is_file() and not unit:
         raise QuestionError(f"out: given {str(out)!r}, which is a file; must be a folder, or NAME.fmu")

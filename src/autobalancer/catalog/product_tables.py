@@ -12,7 +12,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Literal, NoReturn
 
-from autobalancer.errors import FRICTIONS, CatalogError, QuestionError
+from autobalancer.errors import FRICTIONS, CatalogError, QuestionError, one_of
 from autobalancer.laws import viscosity as glycerol
 from autobalancer.laws.capabilities import ball_mass, capability, largest_useful_count, needed_count
 from autobalancer.laws.viscosity import (
@@ -331,8 +331,7 @@ def suitable_bearings(
     ball_density = argument("ball_density", ball_density, "kg/m^3")
     fluid_density = argument("fluid_density", fluid_density, "kg/m^3")
     unbalance = argument("unbalance", unbalance, "kg*m")
-    if sort not in _ORDER:
-        raise QuestionError(f"sort: given {sort!r}; must be one of {', '.join(_ORDER)}")
+    one_of("sort", sort, *_ORDER)
     limits = {
         "unbalance": unbalance,
         "min_outer": min_outer,

@@ -14,7 +14,7 @@ import autobalancer as ab
 from autobalancer.cli.terminal.command import Reply, command
 from autobalancer.cli.terminal.options import In
 from autobalancer.cli.terminal.sheet import speed_sign
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -100,14 +100,11 @@ def plot(
     from autobalancer.results.run_argument import open_run
     from autobalancer.safe_file import ready_to_write
 
-    if frame not in ("", "space", "rotor"):
-        raise QuestionError(f"--frame: given {frame!r}; must be space or rotor")
-    if deflection_unit not in ("", "m", "mm", "um", "nm"):
-        raise QuestionError(f"--deflection-unit: given {deflection_unit!r}; must be one of m, mm, um, nm")
+    one_of("--frame", frame or "space", "space", "rotor")
+    one_of("--deflection-unit", deflection_unit or "m", "m", "mm", "um", "nm")
     # one file is one picture, a folder takes all usual ones
     single = bool(out.suffix)
-    if format not in FORMATS:
-        raise QuestionError(f"--format: given {format!r}; must be one of {', '.join(FORMATS)}")
+    one_of("--format", format, *FORMATS)
     kind = kind.lower().replace("_", "-")
     all_ = [*(name.replace("_", "-") for name in PICTURES), "machine", "picture", "all"]
     if kind not in ("", *all_):

@@ -14,7 +14,7 @@ import autobalancer as ab
 from autobalancer.cli.terminal.command import Reply, command
 from autobalancer.cli.terminal.options import COUNT, In, MachineFile, Speeds
 from autobalancer.cli.terminal.sheet import speed_sign, speed_text
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -320,8 +320,7 @@ def eigenvalues(
     from autobalancer.files.machine_file import load_race_machine
     from autobalancer.stability.states.questions import Kind, ranges
 
-    if state not in get_args(Kind):
-        raise QuestionError(f"--state: given {state!r}; must be balanced, mixed, coincident, 'in line' or spread")
+    one_of("--state", state, *get_args(Kind))
     described = load_race_machine(machine)
     chosen = [float(speed) for speed in (speeds if speeds is not None else usual_speeds(described))]
     found = ab.stability.eigenvalues(described, chosen, state=state, unbalance=unbalance, **options)  # type: ignore[arg-type]

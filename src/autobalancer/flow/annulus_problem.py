@@ -19,7 +19,7 @@ from scipy.sparse.linalg import spsolve
 
 from autobalancer.arrays import Floats, Matrix
 from autobalancer.assembly.drive_train import SpeedProfile
-from autobalancer.errors import QuestionError, RangeWarning, warn
+from autobalancer.errors import QuestionError, RangeWarning, one_of, warn
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.flow.annulus import Annulus, Walls, annulus_of
 from autobalancer.flow.relaxation import (
@@ -120,8 +120,7 @@ def annulus_flow(
     initial_speed = optional_argument("initial_speed", initial_speed, "rad/s")
     times = list_argument("times", times, "s")
     annulus, profile, end, name = _chamber(chamber, speed, duration, balancer, race)
-    if model not in get_args(Model):
-        raise QuestionError(f"model: given {model!r}; must be 'auto', 'modes', 'chebyshev' or 'azimuthal'")
+    one_of("model", model, *get_args(Model))
     if annulus.sheared is not None and model not in ("auto", "azimuthal"):
         raise QuestionError(
             f"model: given {model!r}, which is for constant viscosity; a fluid with a shear law has the model 'azimuthal'"

@@ -36,7 +36,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from autobalancer.arrays import Complexes, Floats
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.units import field_arguments
 
 Friction = Literal["elastoplastic", "endochronic"]
@@ -57,9 +57,8 @@ def friction_stiffness(ratio: ArrayLike, law: Friction = "elastoplastic", motion
         If the law or the motion is unknown, or a ratio is negative or not finite.
     """
     x = np.asarray(ratio, dtype=float)
-    for name, given, known in (("law", law, get_args(Friction)), ("motion", motion, get_args(Motion))):
-        if given not in known:
-            raise QuestionError(f"{name}: given {given!r}; must be {' or '.join(map(repr, known))}")
+    one_of("law", law, *get_args(Friction))
+    one_of("motion", motion, *get_args(Motion))
     if not (np.isfinite(x).all() and (x >= 0.0).all()):
         raise QuestionError("ratio: amplitudes over a_c must be finite and not negative")
     if motion == "circle":

@@ -9,7 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.machine.keys import Key, keys_of, tables_of
 from autobalancer.machine.part import Part
 from autobalancer.tables import facts_text, html_table, in_plain_letters
@@ -174,8 +174,7 @@ def other_kind(data: Mapping[str, Any]) -> Kind | None:
 
 
 def _root(kind: Kind) -> type[Part]:
-    if kind not in ROOTS:
-        raise QuestionError(f"kind: given {kind!r}; must be one of {', '.join(map(repr, ROOTS))}")
+    one_of("kind", kind, *ROOTS)
     module, name = ROOTS[kind]
     root: type[Part] = getattr(import_module(f"autobalancer.{module}"), name)
     return root

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from autobalancer.arrays import Floats
 from autobalancer.catalog.resolve import resolve
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.files.text_files import read_table
 from autobalancer.laws.stall import rest_ends
@@ -78,8 +78,7 @@ def race_shape(
     phi, r, whole = _profile(angles, radii)
     if not 2 <= waves <= MOST:
         raise QuestionError(f"race_shape: waves: given {waves}; must be from 2 to {MOST}")
-    if center not in ("axis", "setup"):
-        raise QuestionError(f"race_shape: center: given {center!r}; must be 'axis' or 'setup'")
+    one_of("race_shape: center", center, "axis", "setup")
     order = np.argsort(phi)
     phi, r = phi[order], r[order]
     _check(phi, waves)

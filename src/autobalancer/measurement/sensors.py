@@ -13,7 +13,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from autobalancer.arrays import Floats
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.measurement.signals import Channel, hertz_argument, signals
 from autobalancer.random_numbers import generator
 from autobalancer.results.time_series import of_a_run
@@ -266,10 +266,7 @@ class Sensor:
     low_pass: float | str | None = None
 
     def __post_init__(self) -> None:
-        if self.quantity not in get_args(Quantity):
-            raise QuestionError(
-                f"sensor: quantity: given {self.quantity!r}; must be one of {', '.join(get_args(Quantity))}"
-            )
+        one_of("sensor: quantity", self.quantity, *get_args(Quantity))
         unit = UNITS[self.quantity]
         for key in ("offset", "limit", "step"):
             object.__setattr__(self, key, argument(f"sensor: {key}", getattr(self, key), unit))

@@ -17,7 +17,7 @@ from scipy.signal import get_window, welch
 from scipy.special import gammaincinv
 
 from autobalancer.arrays import Complexes, Floats
-from autobalancer.errors import QuestionError, RangeWarning, warn
+from autobalancer.errors import QuestionError, RangeWarning, one_of, warn
 from autobalancer.measurement.signals import hertz_argument
 from autobalancer.measurement.tacho import with_rotor_angle
 from autobalancer.measurement.tracking import vibrations
@@ -72,8 +72,7 @@ def spectrum(
         If there is no such channel or window, or the signals are too short for the resolution.
     """
     signals = Signals.given(signals, "spectrum")
-    if window not in WINDOWS:
-        raise QuestionError(f"window: given {window!r}; must be one of {', '.join(WINDOWS)}")
+    one_of("window", window, *WINDOWS)
     names = vibrations(signals, channels)
     rate, count = float(signals.attrs["sampling_rate"]), signals.sizes["time"]
     length = min(2 * LINES, count) if resolution is None else round(rate / hertz_argument("resolution", resolution))
@@ -357,8 +356,7 @@ def order_map(
         If the signals are shorter than a window, or there is no tacho or channel.
     """
     signals = Signals.given(signals, "order_map")
-    if over not in ("order", "frequency"):
-        raise QuestionError(f"over: given {over!r}; must be 'order' or 'frequency'")
+    one_of("over", over, "order", "frequency")
     signals = with_rotor_angle(signals, **tacho)
     name = vibrations(signals, channel or None)[0]
     begin, end = (float(signals["rotor_angle"][k]) for k in (0, -1))
@@ -507,8 +505,7 @@ def converted(
         If there is no such channel, or the corner is missing or at less than four periods of it in the signals.
     """
     signals = Signals.given(signals, "converted")
-    if to not in POWERS:
-        raise QuestionError(f"to: given {to!r}; must be one of {', '.join(POWERS)}")
+    one_of("to", to, *POWERS)
     there = [str(n) for n, v in signals.data_vars.items() if v.attrs.get("quantity") in POWERS]
     requested = there if channels is None else [channels] if isinstance(channels, str) else list(channels)
     for name in requested:

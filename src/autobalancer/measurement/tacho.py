@@ -17,7 +17,7 @@ from scipy.interpolate import BSpline
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from autobalancer.arrays import Floats
-from autobalancer.errors import QuestionError, RangeWarning, warn
+from autobalancer.errors import QuestionError, RangeWarning, one_of, warn
 from autobalancer.results.labels import LABELS
 from autobalancer.results.signals import BLOCK, LONG, Samples, Signals, extremes, pieces
 from autobalancer.roots import least
@@ -102,8 +102,7 @@ def rotor_angle(
         return _measured_angle(signals, name)
     if isinstance(pulses, bool) or not isinstance(pulses, (int, np.integer)) or pulses < 1:
         raise QuestionError(f"pulses: given {pulses!r}; must be a whole number from 1")
-    if edge not in ("rising", "falling"):
-        raise QuestionError(f"edge: given {edge!r}; must be rising or falling")
+    one_of("edge", edge, "rising", "falling")
     # pulses, those that are missing or too many repaired, then a smooth angle through them
     t = signals["time"].values
     result = repaired(

@@ -15,7 +15,7 @@ from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.signal import firwin, kaiserord, upfirdn
 
 from autobalancer.arrays import Complexes, Floats
-from autobalancer.errors import QuestionError, RangeWarning, warn
+from autobalancer.errors import QuestionError, RangeWarning, one_of, warn
 from autobalancer.measurement.noise_density import densities, independent
 from autobalancer.measurement.signals import hertz_argument
 from autobalancer.measurement.tacho import with_rotor_angle
@@ -105,10 +105,9 @@ def orders(
     requested = _Request(_orders(orders, signals), vibrations(signals, channels), method, revolutions)
     if method == "fit":
         dataset = _by_fit(signals, requested, progress if callable(progress) else silent)
-    elif method == "vold-kalman":
-        dataset = _by_filter(signals, requested, bandwidth)
     else:
-        raise QuestionError(f"method: given {method!r}; must be 'fit' or 'vold-kalman'")
+        one_of("method", method, "fit", "vold-kalman")
+        dataset = _by_filter(signals, requested, bandwidth)
     return dataset if slow_roll is None else subtracted(dataset, slow_roll)
 
 

@@ -15,7 +15,7 @@ from scipy.interpolate import RectBivariateSpline
 
 from autobalancer import drag
 from autobalancer.arrays import Floats
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.laws.drag_coefficient import DragLaw, SampledLaw, TableLaw
 from autobalancer.plots.style import BALLS, CRITICAL, FILL, INK, UNBALANCE, ball_color, heading, legend, look, picture
 from autobalancer.results.display_units import AxisUnit, speed_axis
@@ -234,8 +234,7 @@ def measured_drag(found: xr.Dataset, *, pressure_force: str = "left out", speed_
     QuestionError
         If a choice or unit is not known.
     """
-    if pressure_force not in found["pressure_force"].values:
-        raise QuestionError(f"pressure_force: given {pressure_force!r}; must be 'left out' or 'included'")
+    one_of("pressure_force", pressure_force, *found["pressure_force"].values.tolist())
     unit, one = speed_axis(speed_unit), found.sel(pressure_force=pressure_force).sortby("reynolds")
     names = list(dict.fromkeys(found["series"].values.tolist()))
     with look():

@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from autobalancer.arrays import Floats
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.machine_kinds import arguments_of, machine_kind, refuse_unknown
 from autobalancer.plots.style import INK, labels_of, look, picture
 from autobalancer.progress import shows_progress
@@ -321,8 +321,8 @@ def frame_count(frame: str | None, fps: int, duration: float, width: int) -> int
     QuestionError
         If the frame of reference is neither rotor nor space, or a number makes no film.
     """
-    if frame not in (None, "rotor", "space"):
-        raise QuestionError(f"frame: given {frame!r}; must be 'rotor' or 'space'")
+    if frame is not None:
+        one_of("frame", frame, "rotor", "space")
     if not 1 <= fps <= 100:
         raise QuestionError(f"fps: given {fps}; must be between 1 and 100 frames a second")
     count = round(duration * fps) if np.isfinite(duration) else 0

@@ -16,7 +16,7 @@ from matplotlib.transforms import offset_copy
 from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.plots.answer import asked
 from autobalancer.plots.style import (
     BALLS,
@@ -137,8 +137,7 @@ def polar_response(
         If it has fewer than two speeds, or a unit or part is unknown.
     """
     unit, size = _checked(dataset, "plot.answer", speed_unit, deflection_unit)
-    if part not in ("forward", "x", "y"):
-        raise QuestionError(f"part: given {part!r}; must be forward, x or y")
+    one_of("part", part, "forward", "x", "y")
     dataset = dataset.sortby("speed")
     speed = dataset["speed"].values
     with look():
@@ -724,8 +723,7 @@ def equivalent_planar(data: xr.Dataset, *, direction: str = "x", speed_unit: str
     QuestionError
         If there is no such direction.
     """
-    if direction not in ("x", "y"):
-        raise QuestionError(f"direction: given {direction!r}; must be x or y")
+    one_of("direction", direction, "x", "y")
     unit, one = speed_axis(speed_unit), data.sel(direction=direction)
     speed = one["speed"].values
     with look():

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 from scipy.ndimage import binary_opening
 
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.plots.answer import asked
 from autobalancer.plots.style import (
     ALL_BALLS,
@@ -230,8 +230,7 @@ def orders(
         If a channel is unknown.
     """
     found = Orders.of(asked(found, "orders"))
-    if over not in ("speed", "time"):
-        raise QuestionError(f"over: given {over!r}; must be 'speed' or 'time'")
+    one_of("over", over, "speed", "time")
     names = _names(found, channels)
     found = Orders.of(found.sel(channel=names))
     along = speed_axis(speed_unit) if over == "speed" else AxisUnit("s", 1.0)

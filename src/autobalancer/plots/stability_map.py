@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.plots.answer import asked
 from autobalancer.plots.style import (
     BALLS,
@@ -528,8 +528,8 @@ def map(
     found = asked(found, "map")
     speed_axis(speed_unit)
     dims = [str(dim) for dim in found["growth_rate"].dims]
-    if x is not None and x not in dims:
-        raise QuestionError(f"x: given {x!r}; must be one of {', '.join(dims)}")
+    if x is not None:
+        one_of("x", x, *dims)
     if min(found["growth_rate"].shape) < 2:
         raise QuestionError("plot.map: the map has one value along an axis; ask for several")
     if x is not None and x != dims[0]:

@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from autobalancer.errors import QuestionError
+from autobalancer.errors import one_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -130,8 +130,7 @@ def speed_axis(unit: str) -> AxisUnit:
     QuestionError
         If ``unit`` is not one of ``SPEED_UNITS``.
     """
-    if unit not in SPEED_UNITS:
-        raise QuestionError(f"speed_unit: given {unit!r}; must be one of {', '.join(SPEED_UNITS)}")
+    one_of("speed_unit", unit, *SPEED_UNITS)
     return SPEED_UNITS[unit]
 
 
@@ -154,8 +153,7 @@ def length_axis(unit: str | None, greatest: float) -> AxisUnit:
     """
     if unit is None:
         return next((u for u in LENGTH_UNITS.values() if greatest * u.factor >= 1.0), LENGTH_UNITS["nm"])
-    if unit not in LENGTH_UNITS:
-        raise QuestionError(f"deflection_unit: given {unit!r}; must be one of {', '.join(LENGTH_UNITS)}")
+    one_of("deflection_unit", unit, *LENGTH_UNITS)
     return LENGTH_UNITS[unit]
 
 

@@ -15,7 +15,7 @@ from autobalancer.arrays import Floats
 from autobalancer.assembly.drive_train import torsion_of
 from autobalancer.assembly.rotors.critical import Critical, critical_whirls
 from autobalancer.assembly.rotors.lateral_model import LateralModel
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.machine import Machine
 from autobalancer.machine.drive import twists
 from autobalancer.results.answers.answer import Answer
@@ -342,8 +342,7 @@ def modes(
             raise QuestionError(
                 f"modes: rubber_amplitude: given {rubber_amplitude:g} m; must be finite and not negative"
             )
-        if motion not in get_args(ModeMotion):
-            raise QuestionError(f"modes: motion: given {motion!r}; must be line, circle or ellipse")
+        one_of("modes: motion", motion, *get_args(ModeMotion))
         soft = rubber_of(machine, model)
         if soft is None:
             raise QuestionError(

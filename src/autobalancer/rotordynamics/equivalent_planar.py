@@ -16,7 +16,7 @@ from scipy.linalg import eig, eigh
 from autobalancer.arrays import Complexes, Floats
 from autobalancer.assembly.rotors import balancer_rows, lateral_model, reference, rows_at, unbalance_shape
 from autobalancer.assembly.rotors.lateral_model import LateralModel, Rows
-from autobalancer.errors import MachineError, QuestionError
+from autobalancer.errors import MachineError, QuestionError, one_of
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Disk, Machine, PlanarRotor, ShaftMaterial, ShaftRotor, ShaftSegment, Support, Unbalance
 from autobalancer.results.answers.answer import Answer
@@ -343,9 +343,8 @@ def equivalent_planar(
         If the rotor is not possible as described, or the place is not on it.
     """
     machine = balls_in_races(machine)
-    for name, given, allowed in (("method", method, METHODS), ("frequency", frequency, get_args(Kind))):
-        if given not in allowed:
-            raise QuestionError(f"equivalent_planar: {name}: given {given!r}; must be one of {', '.join(allowed)}")
+    one_of("equivalent_planar: method", method, *METHODS)
+    one_of("equivalent_planar: frequency", frequency, *get_args(Kind))
     if not 0.0 < tolerance < 1.0:
         raise QuestionError(f"equivalent_planar: tolerance: given {tolerance!r}; must lie between 0 and 1")
     model = lateral_model(machine)

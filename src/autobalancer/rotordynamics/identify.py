@@ -14,7 +14,7 @@ import xarray as xr
 
 from autobalancer.arrays import Floats
 from autobalancer.assembly.quantities import in_author_units, unit_of
-from autobalancer.errors import MachineError, QuestionError
+from autobalancer.errors import MachineError, QuestionError, one_of
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.machine import Machine
 from autobalancer.machine.path import entry_at
@@ -121,8 +121,7 @@ def identify(
     sought = unknowns(machine, free)
     if not measurements:
         raise QuestionError("identify: measurements: given none; give at least one")
-    if loss not in get_args(Loss):
-        raise QuestionError(f"identify: loss: given {loss!r}; must be one of {', '.join(get_args(Loss))}")
+    one_of("identify: loss", loss, *get_args(Loss))
     if not (math.isfinite(loss_scale) and loss_scale > 0.0):
         raise QuestionError(f"identify: loss_scale: given {loss_scale!r}; must be greater than zero")
     if isinstance(starts, bool) or not isinstance(starts, int) or starts < 1:

@@ -17,7 +17,7 @@ from autobalancer.arrays import Floats
 from autobalancer.assembly.quantities import parameter_of, with_value_at
 from autobalancer.assembly.rotors import lateral_model, rows_at, with_ball_mass
 from autobalancer.assembly.rotors.lateral_model import LateralModel
-from autobalancer.errors import QuestionError, UnitError
+from autobalancer.errors import QuestionError, UnitError, one_of
 from autobalancer.machine import Machine
 from autobalancer.machine.path import unit_at
 from autobalancer.random_numbers import generator
@@ -153,8 +153,7 @@ def _read(machine: Machine, free: FreeParameter) -> Unknown:
             f"identify: free: paths: given {shortened(list(paths))}; must be texts such as 'rotor.damping'"
         )
     name = free.name or paths[0]
-    if free.tie not in get_args(Tie):
-        raise QuestionError(f"identify: {name}: tie: given {free.tie!r}; must be one of {', '.join(get_args(Tie))}")
+    one_of(f"identify: {name}: tie", free.tie, *get_args(Tie))
     origins = tuple(parameter_of(machine, path) for path in paths)
     unit = "" if free.tie == "factor" else unit_at(paths[0])
     lower, upper = (_number(value, unit, name) for value in (free.lower, free.upper))
@@ -262,9 +261,7 @@ class MeasuredMode(_Single):
 
     def rows(self) -> Rows:
         """See :class:`Measurement`."""
-        if self.quantity not in get_args(ModeQuantity):
-            allowed = ", ".join(get_args(ModeQuantity))
-            raise QuestionError(f"identify: mode: quantity: given {self.quantity!r}; must be one of {allowed}")
+        one_of("identify: mode: quantity", self.quantity, *get_args(ModeQuantity))
         label = f"{self.quantity.replace('_', ' ')} of {_which('mode', self)}"
         units = {"frequency": "rad/s", "decay_rate": "1/s", "damping_ratio": ""}
         return self._rows(label, self.quantity, units[self.quantity], self.speed)
@@ -318,8 +315,7 @@ class MeasuredStiffness(_Single):
 
     def rows(self) -> Rows:
         """See :class:`Measurement`."""
-        if self.direction not in ("x", "y"):
-            raise QuestionError(f"identify: stiffness: direction: given {self.direction!r}; must be x or y")
+        one_of("identify: stiffness: direction", self.direction, "x", "y")
         return self._rows(f"static stiffness at {self.station or 'rotor'} along {self.direction}", "stiffness", "N/m")
 
     def predict(self, trial: Trial) -> Floats:
@@ -387,14 +383,8 @@ class MeasuredResponse:
             np.isfinite(values).all() and (values > 0.0).all() and np.isfinite(errors).all() and (errors > 0.0).all()
         ):
             raise QuestionError(f"identify: {self.label}: amplitudes and errors must be finite and greater than zero")
-        for name, given, allowed in (
-            ("measure", self.measure, get_args(ResponseMeasure)),
-            ("quantity", self.quantity, get_args(Motion)),
-        ):
-            if given not in allowed:
-                raise QuestionError(
-                    f"identify: {self.label}: {name}: given {given!r}; must be one of {', '.join(allowed)}"
-                )
+        one_of(f"identify: {self.label}: measure", self.measure, *get_args(ResponseMeasure))
+        one_of(f"identify: {self.label}: quantity", self.quantity, *get_args(Motion))
         unit = ("m", "m/s", "m/s^2")[get_args(Motion).index(self.quantity)]
         return Rows(self.label, "response", unit, values, errors * (values if self.logarithmic else 1.0), speeds)
 
@@ -435,10 +425,7 @@ def _which(thing: str, wanted: MeasuredMode | MeasuredCriticalSpeed) -> str:
         raise QuestionError(f"identify: {thing}: order: given {wanted.order!r}; must be a whole number from 1")
     words = [thing if wanted.mode is None else f"{thing} {wanted.mode!r}", str(wanted.order)]
     if wanted.whirl is not None:
-        if wanted.whirl not in get_args(WhirlWord):
-            raise QuestionError(
-                f"identify: {thing}: whirl: given {wanted.whirl!r}; must be forward, backward, mixed or straight"
-            )
+        one_of(f"identify: {thing}: whirl", wanted.whirl, *get_args(WhirlWord))
         words.append(wanted.whirl)
     return " ".join(words)
 

@@ -17,7 +17,7 @@ from scipy.linalg import lstsq, qr
 from scipy.optimize import least_squares
 
 from autobalancer.arrays import Complexes, Floats
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.progress import Progress, shows_progress
 from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.rotordynamics.receptances import PoleModel, hertz
@@ -732,8 +732,7 @@ class NoiseShapes:
     coherence: Floats | None = None
 
     def __post_init__(self) -> None:
-        if self.noise not in ("estimated", "relative", "absolute"):
-            raise QuestionError(f"noise: given {self.noise!r}; must be 'estimated', 'relative' or 'absolute'")
+        one_of("noise", self.noise, "estimated", "relative", "absolute")
 
     def only(self, kept: NDArray[np.bool_]) -> NoiseShapes:
         """The same of some of the lines."""

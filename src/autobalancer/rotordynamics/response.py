@@ -20,7 +20,7 @@ from autobalancer.assembly.rotors.ellipses import Ellipses, alike_springs, stead
 from autobalancer.assembly.rotors.equivalent_stiffness import Softened, softened
 from autobalancer.assembly.rotors.lateral_model import LateralModel
 from autobalancer.catalog.resolve import resolve
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.machine import Machine, Unbalance
 from autobalancer.results.answers.answer import Answer, Labeled
 from autobalancer.results.labels import labeled
@@ -157,8 +157,7 @@ def response(
 
 def _order(quantity: str, owner: str) -> int:
     """How often the displacement is differentiated."""
-    if quantity not in UNITS:
-        raise QuestionError(f"{owner}: quantity: given {quantity!r}; must be one of {', '.join(UNITS)}")
+    one_of(f"{owner}: quantity", quantity, *UNITS)
     return list(UNITS).index(quantity)
 
 
@@ -409,8 +408,7 @@ def response_peaks(
         raise QuestionError(
             f"{owner}: given {lowest:g} to {highest:g} rad/s; must ascend from zero, up to {model.top_speed:g} rad/s at most"
         )
-    if measure not in get_args(Measure):
-        raise QuestionError(f"{owner}: measure: given {measure!r}; must be one of {', '.join(get_args(Measure))}")
+    one_of(f"{owner}: measure", measure, *get_args(Measure))
     order = _order(quantity, owner)
     if samples < 3:
         raise QuestionError(f"{owner}: samples: given {samples}; must be at least 3")

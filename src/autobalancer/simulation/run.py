@@ -19,7 +19,7 @@ from autobalancer.assembly.reduced_rotor import top_speed
 from autobalancer.assembly.resolved import friction_at_fault
 from autobalancer.assembly.system import MASS_SPREAD, Assembly, assemble, equal_groups
 from autobalancer.catalog.resolve import Ball, planar_rotor, resolve
-from autobalancer.errors import DurationWarning, QuestionError, warn
+from autobalancer.errors import DurationWarning, QuestionError, one_of, warn
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.kernels.integrators.integrator_state import ACCEPTED, EVENTS_SEEN, NEXT_BIN, TIME, Memory
 from autobalancer.kernels.integrators.recording import Record
@@ -122,8 +122,7 @@ def simulate_races(
     end = run_duration(machine, duration)
     how = run_options("simulate", options, ONE_RUN)
     tolerance, method, max_steps = how["tolerance"], how["method"], how["max_steps"]
-    if frame not in ("auto", "rotor", "space"):
-        raise QuestionError(f"frame: given {frame!r}; must be 'auto', 'rotor' or 'space'")
+    one_of("frame", frame, "auto", "rotor", "space")
     known = KnownLags({}, {}) if hold_balls else fluid_lags(machine, end, seed=seed, max_steps=max_steps)
     rotating = None if frame == "auto" else frame == "rotor"
 

@@ -10,7 +10,7 @@ import numpy as np
 from autobalancer.arrays import Complexes, Floats, Matrix
 from autobalancer.assembly.system import Assembly, Model
 from autobalancer.cache import remembered
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.kernels.balls.contact_nodes import contacts_in_steps
 from autobalancer.kernels.balls.planar import planar
 from autobalancer.kernels.balls.planar_nodes import planar_nodes
@@ -171,10 +171,7 @@ def stepper_for(assembly: Assembly, end: float, tolerance: float, method: str = 
     QuestionError
         If the method is unknown or this machine cannot be integrated with it.
     """
-    if method not in get_args(Method):
-        raise QuestionError(
-            f"method: given {method!r}; must be 'auto', 'dormand_prince_8', 'tsitouras' or 'exponential_collocation'"
-        )
+    one_of("method", method, *get_args(Method))
     pair = tableau.tsitouras() if method == "tsitouras" else tableau.dormand_prince_8()
     memory, moving = memory_for(assembly, end, tolerance, pair), equations(assembly)
     if method == "exponential_collocation" or (method == "auto" and tolerance >= FINEST):

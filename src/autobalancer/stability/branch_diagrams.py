@@ -13,7 +13,7 @@ import xarray as xr
 
 from autobalancer.arrays import Floats
 from autobalancer.assembly.terms import Theory
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.results.answers.answer import Answer
@@ -121,8 +121,7 @@ def branches(
     """
     speed = optional_argument("speed", speed, "rad/s")
     machine = balls_in_races(machine)
-    if from_state not in STATES:
-        raise QuestionError(f"from_state: given {from_state!r}; must be {', '.join(STATES[:-1])} or all")
+    one_of("from_state", from_state, *STATES)
     if not 1e-4 <= largest_step <= 0.5:
         raise QuestionError(f"largest_step: given {largest_step!r}; must be between 1e-4 and 0.5, 0.03 is a good start")
     if not 4 <= intervals <= 400:
@@ -414,8 +413,7 @@ def bifurcation_curves(
     """
     speed = optional_argument("speed", speed, "rad/s")
     machine = balls_in_races(machine)
-    if kind not in ("Hopf", "fold"):
-        raise QuestionError(f"kind: given {kind!r}; must be Hopf or fold")
+    one_of("kind", kind, "Hopf", "fold")
     if parameter == second:
         raise QuestionError(f"second: given {second!r} twice; take two different parameters")
     family = Family(machine, [parameter, second], speed)

@@ -15,7 +15,7 @@ import pandas as pd  # type: ignore[import-untyped]
 import xarray as xr
 
 from autobalancer.arrays import Floats
-from autobalancer.errors import AutobalancerError, MachineError, QuestionError
+from autobalancer.errors import AutobalancerError, MachineError, QuestionError, one_of
 from autobalancer.files.machine_file import balls_in_chambers, machine_text
 from autobalancer.laws.impacts import contact_time, energy_error
 from autobalancer.machine.chamber import ChamberMachine
@@ -164,8 +164,7 @@ def variant(
     MachineError
         If balls of this size do not go into the chamber.
     """
-    if layers not in LAYERS:
-        raise QuestionError(f"layers: given {layers!r}; must be one of {', '.join(LAYERS)}")
+    one_of("layers", layers, *LAYERS)
     machine = balls_in_chambers(machine)
     own, group = one_group(machine, "variants are", cylinders=True)
     data: dict[str, Any] = tomllib.loads(machine_text(machine))
@@ -717,5 +716,4 @@ def _check(
         raise QuestionError(f"restitution: given {restitution:g}; must be above 0, at most 1")
     if phases < 1:
         raise QuestionError(f"phases: given {phases}; must be at least 1")
-    if scheme not in SCHEMES:
-        raise QuestionError(f"scheme: given {scheme!r}; must be one of {', '.join(SCHEMES)}")
+    one_of("scheme", scheme, *SCHEMES)

@@ -22,7 +22,7 @@ import xarray as xr
 from autobalancer.assembly.places import assemble_locked
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.system import MASS_SPREAD, Assembly
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.kernels.balls.contact_nodes import contacts_in_steps
 from autobalancer.kernels.balls.planar_nodes import planar_nodes
@@ -140,10 +140,8 @@ def stepped_response(
     machine = balls_in_races(machine)
     chosen = checked_speeds(speeds)
     plan = checked_plan(dwell, window, acceleration, settle, longest, how)
-    if direction not in ("up", "down", "both") or start not in ("carried", "fixed"):
-        raise QuestionError(
-            f"direction, start: given {direction!r}, {start!r}; must be up, down or both; carried or fixed"
-        )
+    one_of("direction", direction, "up", "down", "both")
+    one_of("start", start, "carried", "fixed")
     if start == "fixed" and (direction != "up" or acceleration is not None):
         raise QuestionError("start: 'fixed' begins every speed anew; leave out direction and acceleration")
     assembly = prepare(at_constant_speed(machine, float(chosen[-1])), None, seed=seed, mass_spread=mass_spread)

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.arrays import Complexes, Floats
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.measurement.balancing.runs import (
     MASSES,
     Angles,
@@ -310,8 +310,7 @@ def balance(
     phase = phase or written.get("phase", "lead")
     angles = angles or written.get("angles", "with rotation")
     share = optional_argument("deviation", written.get("deviation") if deviation is None else deviation, "")
-    if goal not in get_args(Goal):
-        raise QuestionError(f"goal: given {goal!r}; must be {' or '.join(map(repr, get_args(Goal)))}")
+    one_of("goal", goal, *get_args(Goal))
     coefficients = written.get("influence", ())
     if influence is not None and coefficients:
         raise QuestionError(

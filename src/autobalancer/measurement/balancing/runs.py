@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, PlainValidator
 
 from autobalancer.arrays import Complexes, Floats
-from autobalancer.errors import Problem, QuestionError, UnitError, all_of
+from autobalancer.errors import Problem, QuestionError, UnitError, all_of, one_of
 from autobalancer.files.text_files import built_of, read_toml
 from autobalancer.laws.capabilities import grade_argument, permissible_unbalance
 from autobalancer.machine import Machine
@@ -284,9 +284,8 @@ def job_of(
         If there are fewer than the ``least`` runs, a run lacks a reading, or units differ; it names the run.
     """
     runs = tuple(runs)
-    for name, value, known in (("phase", phase, get_args(Phase)), ("angles", angles, get_args(Angles))):
-        if value not in known:
-            raise QuestionError(f"{name}: given {value!r}; must be {' or '.join(map(repr, known))}")
+    one_of("phase", phase, *get_args(Phase))
+    one_of("angles", angles, *get_args(Angles))
     if deviation is not None and not 0.0 < deviation < 1.0:
         raise QuestionError(f"deviation: given {deviation:g}; must be a share of the amplitude, such as 0.02 or '2 %'")
     if len(runs) < least:

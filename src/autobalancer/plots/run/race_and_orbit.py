@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from autobalancer.arrays import Complexes, Floats
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.plots.run.history import Planes, balancer_name, ball_looks, places, planes_of, static_part
 from autobalancer.plots.style import ALL_BALLS, FORCE, HALO, INK, RACE, UNBALANCE, heading, legend_width, look, picture
 from autobalancer.results.display_units import (
@@ -528,8 +528,7 @@ def orbit(
     run = load_race_run(run, "plot.orbit")
     start = optional_argument("start", start, "s")
     end = optional_argument("end", end, "s")
-    if frame not in ("space", "rotor"):
-        raise QuestionError(f"frame: given {frame!r}; must be 'space' or 'rotor'")
+    one_of("frame", frame, "space", "rotor")
     speeds = speed_axis(speed_unit)
     paths = orbit_paths(run, start, end)
     if place is not None:

@@ -12,7 +12,7 @@ from scipy.linalg import eigvalsh
 
 from autobalancer.assembly.chamber_assembly import assemble_chamber, contact_time
 from autobalancer.assembly.contact import restitution_at
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.files.machine_file import machine_text
 from autobalancer.kernels.chamber.chamber_records import (
     ACCOUNT,
@@ -134,8 +134,7 @@ def simulate_chamber(
     interval = float(to_si(sample, "s"))
     if not interval > 0.0:
         raise QuestionError(f"sample: given {interval:g} s; must be greater than zero")
-    if method not in ("verlet", "runge_kutta"):
-        raise QuestionError(f"method: given {method!r}; must be 'verlet' or 'runge_kutta'")
+    one_of("method", method, "verlet", "runge_kutta")
     if method == "runge_kutta" and machine.contact.law == "history":
         raise QuestionError("method: contacts with memory need 'verlet'")
     shortest = contact_time(machine)

@@ -18,7 +18,7 @@ from autobalancer.assembly.guided_balls import has_forces
 from autobalancer.assembly.quantities import parameter_range, parameter_unit, si_value, with_quantity
 from autobalancer.assembly.terms import Theory, ignores, unknown, weightless
 from autobalancer.catalog.resolve import resolve
-from autobalancer.errors import MachineError, QuestionError, RangeWarning, warn
+from autobalancer.errors import MachineError, QuestionError, RangeWarning, one_of, warn
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.machine.path import axis_attributes, dimension_of, text_of
@@ -255,8 +255,7 @@ def _minimum(
     # what is asked, and whether there is an answer at all
     whole = balls_in_races(machine)
     machine = weightless(whole)
-    if which not in VARIABLES:
-        raise QuestionError(f"which: given {which!r}; must be one of {', '.join(VARIABLES)}")
+    one_of("which", which, *VARIABLES)
     wanted = positive_speed(speed)
     p = described(machine, unbalance)
     if left_out := ignores(whole, theory_of(which)):

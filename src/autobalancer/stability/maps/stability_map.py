@@ -14,7 +14,7 @@ from autobalancer.arrays import Floats
 from autobalancer.assembly.quantities import parameter_range, si_value, value_of, with_quantity
 from autobalancer.assembly.terms import Theory, unknown, weightless
 from autobalancer.catalog.product_tables import fluid, fluids
-from autobalancer.errors import CatalogError, QuestionError
+from autobalancer.errors import CatalogError, QuestionError, one_of
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.machine import Machine
 from autobalancer.machine.path import QUANTITIES, axis_attributes, dimension_of, parts_of
@@ -99,8 +99,7 @@ def map(
     machine = balls_in_races(machine)
     if len(axes) != 2:
         raise QuestionError(f"stability map: given {len(axes)} parameters; give two, such as 'speed' and 'viscosity'")
-    if positions not in ("worst", "best"):
-        raise QuestionError(f"positions: given {positions!r}; must be 'worst' or 'best'")
+    one_of("positions", positions, "worst", "best")
     values = {name: _numbers(machine, name, axis) for name, axis in axes.items()}
     refuse_beyond_memory(
         "stability map", math.prod(v.size for v in values.values()), "points", 400.0, "; ask for fewer"

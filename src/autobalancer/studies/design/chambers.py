@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.quantities import in_author_units
-from autobalancer.errors import MachineError, Problem, QuestionError
+from autobalancer.errors import MachineError, Problem, QuestionError, one_of
 from autobalancer.files.machine_file import balls_in_chambers, machine_text, parse_machine
 from autobalancer.files.samples import beside
 from autobalancer.files.text_files import built_of, question_data
@@ -778,8 +778,7 @@ def _cases(candidate: Candidate, size: float, changes: Mapping[str, float]) -> l
         raise QuestionError("changes: given none; give at least one, such as unbalance 0.2")
     cases = []
     for name, share in changes.items():
-        if name not in CHANGED:
-            raise QuestionError(f"changes: given {name!r}; must be one of {', '.join(CHANGED)}")
+        one_of("changes", name, *CHANGED)
         if not 0.0 < share < 1.0:
             raise QuestionError(f"changes: {name}: given {share:g}; must be a share between 0 and 1")
         if name in ("viscosity", "ball_friction") and not getattr(candidate, name) > 0.0:

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.assembly.system import reference_station
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.kernels.compiler.simd import NODES
 from autobalancer.kernels.measures.columns_of_measures import COLUMN, NO_VERDICT, WIDTH
@@ -111,8 +111,7 @@ def ensemble(
         raise QuestionError("ensemble: give columns of numbers, or a number of random starts, such as seeds=1000")
     if seeds is not None and given.seeds is not None:
         raise QuestionError(f"seeds: given {seeds}; stands in place of a column 'seed'")
-    if impossible not in ("refuse", "record"):
-        raise QuestionError(f"impossible: given {impossible!r}; must be 'refuse' or 'record'")
+    one_of("impossible", impossible, "refuse", "record")
     requested = ASKABLE if measures is None else known_measures(measures)
     end, _ = run_duration(machine, duration), known_origin(settling_from)
     refuse_beyond_memory(
