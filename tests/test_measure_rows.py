@@ -13,7 +13,7 @@ import autobalancer as ab
 from autobalancer.assembly.places import desk_for
 from autobalancer.files.machine_file import load_machine, parse_machine
 from autobalancer.kernels.integrators.runge_kutta import RUNNING
-from autobalancer.kernels.measures.columns_of_measures import COLUMN, MEASURED, OF_PLACES, WIDTH
+from autobalancer.kernels.measures.record_series import COLUMN, MEASURED, OF_PLACES, WIDTH
 from autobalancer.kernels.measures.row import measure_row
 from autobalancer.machine import Machine
 from autobalancer.results.measure_table import PER_BALL, SWEPT, in_row, numbers

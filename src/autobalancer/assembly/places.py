@@ -38,7 +38,8 @@ from autobalancer.catalog.product_tables import RING, TURNED, TURNED_ECCENTRICIT
 from autobalancer.catalog.resolve import Ball, capability_of, resolve, settled
 from autobalancer.errors import QuestionError
 from autobalancer.kernels import records
-from autobalancer.kernels.measures.columns_of_measures import BALL, ITERATED, LINEAR, PLACE, UNKNOWN
+from autobalancer.kernels.measures.record_series import BALL, PLACE
+from autobalancer.kernels.measures.thresholds import ITERATED, LINEAR, UNKNOWN
 from autobalancer.kernels.measures.workspace import SCALARS, MeasureInputs, Observables, Workspace
 from autobalancer.kernels.records import MEETING
 from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, Floats, Matrix, Rows, X, Y

@@ -26,7 +26,6 @@ from autobalancer.errors import QuestionError, ResultError
 from autobalancer.machine_kinds import CHAMBERS, machine_kind
 from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.results.answers.kinds import as_kind
-from autobalancer.results.chamber_measures import catalog_unit
 from autobalancer.results.folder_store import has_note, locked, plain, read_note, refuse_other_question, write_note
 from autobalancer.results.store import NETCDF, save_run
 from autobalancer.safe_file import endless_heap, write_safely, write_text_safely
@@ -167,6 +166,8 @@ class Archive:
         QuestionError
             If the condition cannot be read, or contains a name that no run has.
         """
+        from autobalancer.results.chamber_measures import catalog_unit  # with compiled code
+
         rows = {name: self._row(name) for name in self.names()}
         items = [rows[name] for name in _matching(rows, where)]
         table = xr.Dataset(coords={"run": ("run", np.array([row["run"] for row in items], dtype=object))})

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.measures.columns_of_measures import RUN_UP
+from autobalancer.kernels.measures.thresholds import RUN_UP
 from autobalancer.machine.chamber import Chamber, ChamberUnbalance
 from autobalancer.machine.drive import AsynchronousMotor
 from autobalancer.machine_kinds import CHAMBERS

@@ -2,7 +2,7 @@
 
 A new measure of a run is an entry here, of a deep chamber one in ``results/chamber_measures.py``. One that is made of others
 (``made_of``) is in sweeps at once. One that compiled loops take from a motion is an entry of
-``kernels/measures/columns_of_measures.py`` instead, for runs and sweeps.
+``kernels/measures/record_series.py`` instead, for runs and sweeps.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import xarray as xr
 
 from autobalancer.arrays import Floats
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.measures.columns_of_measures import (
+from autobalancer.kernels.measures.record_series import (
     COLUMN,
     COLUMNS,
     HERE,
@@ -26,11 +26,11 @@ from autobalancer.kernels.measures.columns_of_measures import (
     OF_IMPACTS,
     OF_PLACES,
     OF_ROTOR,
-    SETTLED,
     WIDTH,
     OfMotion,
 )
-from autobalancer.kernels.measures.columns_of_measures import LAST as LAST_SHARE
+from autobalancer.kernels.measures.thresholds import LAST as LAST_SHARE
+from autobalancer.kernels.measures.thresholds import SETTLED
 from autobalancer.results.answers.answer import SOURCE, Answer, Labeled
 from autobalancer.results.run_arrays import (
     HELD_AT,
@@ -148,13 +148,9 @@ def _taken(table: tuple[OfMotion, ...], of: str, along: str = "", needs: str = "
     """The measures that compiled loops take from a motion, ``of`` the property of a :class:`Recorded` that has them by name."""
     for one in table:
         number = attrgetter(f"{of}.{one.name}")
-        pick = greatest_known if one.known else _greatest
+        pick: Of = greatest_known if one.known else lambda values: values[greatest_at(values)]
         of_all = OfAll(one.of_all, lambda r, number=number, pick=pick: pick(number(r))) if one.of_all else None
         yield Measure(one.name, one.unit, along, one.text, number, of_all, needs)
-
-
-def _greatest(values: Floats) -> Any:
-    return values[greatest_at(values)]
 
 
 MEASURES = (

@@ -15,18 +15,7 @@ from numpy.typing import NDArray
 
 from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.measures.columns_of_measures import (
-    BALL,
-    COLUMNS,
-    LAST,
-    NOWHERE,
-    RELEASE,
-    RUN_UP,
-    SETTLED,
-    START,
-    Ball,
-    Column,
-)
+from autobalancer.kernels.measures.thresholds import LAST, NOWHERE, RELEASE, RUN_UP, SETTLED, START
 from autobalancer.results import time_series
 
 # What a run or one run of a sweep recorded, as plain arrays: all that a measure is computed from.
@@ -179,18 +168,20 @@ class Recorded:
     def of_impacts(self) -> Any:
         """The same of the impacts; asks for ``impacts``."""
         assert self.impacts is not None
-        row, seen = np.full(len(COLUMNS), np.nan), self.impacts
-        numbers = map(time_series.plain, (seen.time, seen.speed, seen.lost, seen.impulse))
-        time_series.compiled().impact_measures(*numbers, seen.time.size, self.end - LAST * self.end, self.end, row)
-        return Column(*row)
+        series, seen = time_series.compiled(), self.impacts
+        row, numbers = np.full(series.WIDTH, np.nan), (seen.time, seen.speed, seen.lost, seen.impulse)
+        late = self.end - LAST * self.end
+        series.impact_measures(*map(time_series.plain, numbers), seen.time.size, late, self.end, row)
+        return series.Column(*row)
 
     @cached_property
     def of_balls(self) -> Any:
         """The same of each ball; asks for ``balls``."""
         assert self.balls is not None
-        numbers, found = _as_compiled(self.balls), np.empty((len(BALL), self.balls.rate.shape[1]))
-        time_series.compiled().ball_measures(*numbers, self.stalls, found)
-        return Ball(*found)
+        series = time_series.compiled()
+        found = np.empty((len(series.BALL), self.balls.rate.shape[1]))
+        series.ball_measures(*_as_compiled(self.balls), self.stalls, found)
+        return series.Ball(*found)
 
     @cached_property
     def settled(self) -> Settled:
@@ -234,9 +225,10 @@ class Recorded:
 
 def rotor_measures(bins: Bins, whirls: Floats) -> Any:
     """What is measured of the rotor over the bins of an envelope, by name."""
-    row, numbers = np.full(len(COLUMNS), np.nan), (bins.time, bins.end, bins.width, bins.high, bins.speed, whirls)
-    time_series.compiled().rotor_measures(*map(time_series.plain, numbers), row)
-    return Column(*row)
+    series, numbers = time_series.compiled(), (bins.time, bins.end, bins.width, bins.high, bins.speed, whirls)
+    row = np.full(series.WIDTH, np.nan)
+    series.rotor_measures(*map(time_series.plain, numbers), row)
+    return series.Column(*row)
 
 
 def _as_compiled(balls: Balls) -> list[Floats]:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import KEEP_TURNS, QuestionError
-from autobalancer.kernels.measures.columns_of_measures import PLACE, STALL_MARGIN, Place
+from autobalancer.kernels.measures.thresholds import STALL_MARGIN
 from autobalancer.machine import Machine
 from autobalancer.machine.part import Part
 from autobalancer.machine_kinds import RACES, Kind, machine_kind
@@ -29,7 +29,7 @@ ORIGINS = (
     "jump",
     "end of the run-up",
     "release",
-)  # in the order of kernels/measures/columns_of_measures.py
+)  # in the order of kernels/measures/thresholds.py
 
 
 @cache
@@ -102,10 +102,7 @@ def time_since(begin: float, settled: Floats) -> Floats:
 
 def wrapped(angle: ArrayLike) -> Floats:
     """The same angle within (-pi, pi]."""
-    given = plain(angle)
-    measured = np.empty_like(given)
-    compiled().all_wrapped(given.ravel(), measured.ravel())
-    return measured
+    return _one_by_one(compiled().all_wrapped, plain(angle))
 
 
 def last_deflection(time: Floats, high: Floats, begin: float) -> float:
@@ -203,7 +200,9 @@ def standing(z: Complexes, rotor: Floats, balls: Floats, load: str) -> Complexes
     count, columns = z.shape[0], 1 + 2 * (1 + balls.shape[1])
     work = np.zeros((max(count, columns), columns + z.shape[1] + 1), np.complex128)
     small = np.zeros((columns, columns + z.shape[1]), np.complex128)
-    compiled().standing(complexes(z), count, plain(rotor), plain(balls), 0, work, small, result)
+    from autobalancer.kernels.measures.observables import standing as stands
+
+    stands(complexes(z), count, plain(rotor), plain(balls), 0, work, small, result)
     return result
 
 
@@ -487,24 +486,25 @@ def turns_of(angle: Floats) -> slice:
 
 def place_measures(z: Complexes, v: Complexes, mean: Complexes) -> Any:
     """What is measured of each place or support, by name, for x + i y and x' + i y', (times, places), and its ``mean``."""
-    result = np.empty((len(PLACE), z.shape[1]))
+    result = np.empty((len(compiled().PLACE), z.shape[1]))
     compiled().place_measures(complexes(z), complexes(v), z.shape[0], complexes(mean), result)
-    return Place(*result)
+    return compiled().Place(*result)
 
 
 def sizes(z: Complexes) -> Floats:
     """Size of x + i y."""
-    given = complexes(z)
-    result = np.empty(given.shape)
-    compiled().sizes(given.ravel(), result.ravel())
-    return result
+    return _one_by_one(compiled().sizes, complexes(z))
 
 
 def directions(z: Complexes) -> Floats:
     """Angle of x + i y, rad."""
-    given = complexes(z)
+    return _one_by_one(compiled().directions, complexes(z))
+
+
+def _one_by_one(function: Callable[..., None], given: Complexes | Floats) -> Floats:
+    """What a compiled function writes for each of many numbers."""
     result = np.empty(given.shape)
-    compiled().directions(given.ravel(), result.ravel())
+    function(given.ravel(), result.ravel())
     return result
 
 

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import QuestionError
-from autobalancer.kernels.measures.columns_of_measures import LAST, SETTLED, SPEED_CHANGES, VIBRATION_CHANGES
-from autobalancer.kernels.measures.columns_of_measures import LIMITS as MEASURES_LIMITS
+from autobalancer.kernels.measures import thresholds
 from autobalancer.laws.capabilities import balance_grade, grade_name
 from autobalancer.results.display_units import (
     couple_text,
@@ -27,18 +26,22 @@ from autobalancer.results.display_units import (
     velocity_text,
     worded,
 )
-from autobalancer.results.measure_table import peak_deflection, settling_time
 from autobalancer.results.run_arrays import (
     HELD_AT,
     HeldRotor,
     Stall,
     balls_of,
+    bins_of,
     held_rotor,
     jump_times,
+    known_balls,
     parts_between_jumps,
     recorded_of,
+    rotor_measures,
+    settling,
     stall_of,
     stopped,
+    whirls_of,
 )
 from autobalancer.results.time_series import (
     NONE,
@@ -127,21 +130,19 @@ def parts_of(run: xr.Dataset) -> tuple[RunPart, ...]:
 def peak_of(run: xr.Dataset) -> Peak | None:
     """The greatest deflection; None of a run that kept no data for it."""
     try:
-        deflection = peak_deflection(run)
+        found = rotor_measures(bins_of(run), np.zeros((0, 2)))
     except QuestionError:
         return None
-    return Peak(str(run.attrs["reference_station"]), float(deflection["deflection"]), float(deflection["speed"]))
+    return Peak(str(run.attrs["reference_station"]), float(found.peak_deflection), float(found.peak_speed))
 
 
 def settling_of(run: xr.Dataset) -> Settling | None:
     """The ball that settles last; None without balls, or without data."""
-    if not run.sizes.get("ball", 0):
-        return None
     try:
-        time = settling_time(run)
+        found = settling(known_balls(run), whirls_of(run), jump_times(run), HELD_AT in run.attrs)
     except QuestionError:
         return None
-    return last_settled(time["ball"].values, time["settled_at"].values, time.values, str(time["counted_from"].values))
+    return last_settled(run["ball"].values, found.at, found.duration, found.counted_from)
 
 
 def last_settled(balls: NDArray[Any], at: Floats, duration: Floats, counted_from: str) -> Settling:
@@ -161,7 +162,7 @@ def forecast_of(run: xr.Dataset, since: float) -> Forecast | None:
         return None
     if balls is None or balls.time.size < 3:
         return None
-    late = min(int(np.searchsorted(balls.time, (1.0 - LAST) * balls.time[-1])), balls.time.size - 2)
+    late = min(int(np.searchsorted(balls.time, (1.0 - thresholds.LAST) * balls.time[-1])), balls.time.size - 2)
     way = np.abs(balls.angle[-1] - balls.angle[late]).max()
     speed = float(way / (balls.time[-1] - balls.time[late]))
     inside = balls.time >= 0.5 * (since + balls.time[-1])
@@ -217,9 +218,9 @@ def _followed(time: Floats, angle: Floats, unbalance: Complexes, moment: Floats)
     if solver.status == "failed" or np.abs(way[-1] - way[0]).max() > 2.0 * np.pi:
         return ()
     shares = np.abs(left(way, now)).sum(axis=1)
-    apart = np.abs(way - way[-1]).max(axis=1) > NEAR * SETTLED
+    apart = np.abs(way - way[-1]).max(axis=1) > NEAR * thresholds.SETTLED
     under_way = np.flatnonzero(apart | (np.abs(shares - shares[-1]) > SAME_SHARE))
-    duration = times[under_way[-1] + 1 if under_way.size else 0] / (1.0 - LAST)
+    duration = times[under_way[-1] + 1 if under_way.size else 0] / (1.0 - thresholds.LAST)
     if solver.status == "running" or duration > times[-1]:
         return np.nan, np.nan, float(times[-1])
     return float(shares[-1]), float(duration)
@@ -526,9 +527,9 @@ def _shares(last: xr.Dataset) -> tuple[float, float, float, float]:
 
 BALANCED, PARTLY, NOT, WORSE = "balanced", "partly balanced", "not balanced", "worse than without balls"
 NO_VERDICT, NOT_SETTLED = "no verdict", "not settled yet"
-# in the order of kernels/measures/columns_of_measures.py
+# in the order of kernels/measures/thresholds.py
 WORDS = (BALANCED, PARTLY, NOT, WORSE, NO_VERDICT, NOT_SETTLED)
-LIMITS = tuple(zip(MEASURES_LIMITS, WORDS[:3], strict=True))
+LIMITS = tuple(zip(thresholds.LIMITS, WORDS[:3], strict=True))
 
 
 def verdict_word(ratio: float) -> str:
@@ -566,7 +567,7 @@ def unsteady(course: Course, vibration: float, without_balls: float) -> tuple[st
     to_come = compiled().vibration_to_come(*envelope, course.since, course.end, course.centered)
     moves = speed_changes(course.time, course.speed, course.end)
     reason = changing(moves, course.uneven, course.creeps, before, after, to_come, vibration, without_balls)
-    if reason == SPEED_CHANGES:
+    if reason == thresholds.SPEED_CHANGES:
         return NO_VERDICT, (
             "the speed still changes in the last twentieth of the run, so the numbers are those of its last revolutions and "
             "not of a steady state; run longer"
@@ -574,9 +575,8 @@ def unsteady(course: Course, vibration: float, without_balls: float) -> tuple[st
     if course.speed.size and too_short(course.end, float(course.speed[-1])):
         turns = course.end * abs(float(course.speed[-1])) / (2.0 * np.pi)
         return NOT_SETTLED, f"too short to tell: {turns:.2g} revolutions; take {REVOLUTIONS:g} or more"
-    return (
-        (NOT_SETTLED, "the vibration still changes at the end of the run") if reason == VIBRATION_CHANGES else ("", "")
-    )
+    said = "the vibration still changes at the end of the run"
+    return (NOT_SETTLED, said) if reason == thresholds.VIBRATION_CHANGES else ("", "")
 
 
 def speed_changes(time: Floats, speed: Floats, end: float) -> bool:
@@ -593,7 +593,7 @@ NO_RESIDUAL = "balls do not turn with the rotor: no residual to count on"
 LISTED = 8  # balls that are named
 ORDINALS = ("first", "second", "third", "fourth")
 RAISED = 0.02  # share of a critical speed by which gyroscopic moments raise a whirl that is named
-GREATER = MEASURES_LIMITS[-1]  # times the greatest deflection without balls, from which on the headline says so
+GREATER = thresholds.LIMITS[-1]  # times the greatest deflection without balls, from which on the headline says so
 NOT_SEEN = "; how long they take to settle is not known, more than {} s (extrapolated)"
 LEAST_SHARE = 1e-3  # of an unbalance, below which an extrapolated residual is not said in figures
 
@@ -669,7 +669,7 @@ def headline(verdict: Verdict, speed_text: Callable[[float], str] = rpm_text) ->
     stalled = _held(verdict, speed_text) + _stalled(verdict, speed_text)
     vibration = f"vibration {share_text(verdict.ratio)} of that without balls"
     if verdict.word in (PARTLY, NOT):
-        vibration += f" (balanced is up to {100.0 * MEASURES_LIMITS[0]:.0f} %)"
+        vibration += f" (balanced is up to {100.0 * thresholds.LIMITS[0]:.0f} %)"
     if verdict.word in WORDS[:4]:
         beside = f"; {verdict.because}" if verdict.because else ""
         return worded(f"{verdict.word}{stalled}{_transient(verdict)}: {vibration}{beside}", verdict.bodies)

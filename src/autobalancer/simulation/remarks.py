@@ -20,7 +20,7 @@ from autobalancer.catalog.product_tables import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.kernels.integrators.integrator_state import NEXT_BIN, NEXT_SAMPLE, NEXT_TURN, Memory
 from autobalancer.kernels.integrators.recording import Record
-from autobalancer.kernels.measures.columns_of_measures import FASTEST
+from autobalancer.kernels.measures.thresholds import FASTEST
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Floats, Matrix, X, Y
 from autobalancer.laws.stall import held_whirl
 from autobalancer.machine import Machine, MatricesRotor, ModalRotor, PrescribedSpeed

@@ -23,7 +23,7 @@ from autobalancer.kernels.integrators.integrator_state import (
     Memory,
 )
 from autobalancer.kernels.integrators.recording import Record
-from autobalancer.kernels.measures.columns_of_measures import FASTEST, UNKNOWN
+from autobalancer.kernels.measures.thresholds import FASTEST, UNKNOWN
 from autobalancer.kernels.measures.workspace import HELD, MeasureInputs, Observables
 from autobalancer.kernels.records import BALL_SPIN, BALL_X, BALL_Y, COUPLING
 from autobalancer.kernels.system import BALLS, SPEED, THETA, Drive, Floats, Matrix, System, X, Y

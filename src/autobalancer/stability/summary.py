@@ -37,7 +37,7 @@ from autobalancer.catalog.resolve import (
 )
 from autobalancer.errors import ENSEMBLE, LEAST_DRAG, LIQUID, MORE_MODES, SIMULATE, QuestionError
 from autobalancer.files.machine_file import balls_in_races
-from autobalancer.kernels.measures.columns_of_measures import LIMITS
+from autobalancer.kernels.measures.thresholds import LIMITS
 from autobalancer.kernels.measures.workspace import MeasureInputs
 from autobalancer.laws.capabilities import balance_grade, grade_name
 from autobalancer.machine import Machine

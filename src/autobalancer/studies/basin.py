@@ -23,7 +23,7 @@ from autobalancer.files.machine_file import any_machine
 from autobalancer.kernels.integrators.integrator_state import END, STEP
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
 from autobalancer.kernels.many_members import STOP
-from autobalancer.kernels.measures.columns_of_measures import COLUMN
+from autobalancer.kernels.measures.record_series import COLUMN
 from autobalancer.kernels.system import BALLS, SPEED, THETA, VX, VY, Drive, Floats, Integers, Matrix, X, Y
 from autobalancer.machine import Machine
 from autobalancer.machine.chamber import ChamberMachine

@@ -15,8 +15,9 @@ from autobalancer.assembly.places import Places, Touch, gauges_of, without_balan
 from autobalancer.assembly.quantities import parameter_range, parameter_unit, si_value, with_parameter, with_value_at
 from autobalancer.assembly.system import Assembly
 from autobalancer.errors import AutobalancerError, QuestionError
-from autobalancer.kernels.measures.columns_of_measures import COLUMN, FASTEST, ITERATED
+from autobalancer.kernels.measures.record_series import COLUMN
 from autobalancer.kernels.measures.row import judged
+from autobalancer.kernels.measures.thresholds import FASTEST, ITERATED
 from autobalancer.kernels.measures.workspace import HELD, MeasureInputs
 from autobalancer.kernels.system import Floats
 from autobalancer.machine import Machine

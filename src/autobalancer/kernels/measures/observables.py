@@ -10,6 +10,7 @@ from numba import boolean, float64, int64, types, void
 from autobalancer.kernels.compiler.flags import EXACT, EXACT_PART, INLINE, njit
 from autobalancer.kernels.compiler.numba_struct import data, row
 from autobalancer.kernels.host.external_forces import central
+from autobalancer.kernels.measures.thresholds import SAME_MOTION
 from autobalancer.kernels.measures.workspace import (
     PLANAR,
     RESOLVED,
@@ -487,3 +488,65 @@ def observe(p: System, g: MeasureInputs, ring: Matrix, first: int, count: int, p
             else:
                 plane_unbalances(p, g, time, y[SPEED], d, seen.wanted[t])
             before, speed_before = k, y[SPEED]
+
+
+# What of a motion stands still, and what vibrates.
+
+
+columns_type = types.Array(types.complex128, 2, "A")
+
+
+@njit(
+    void(
+        columns_type, int64, vector_type, matrix_type, int64, complex_matrix_type, complex_matrix_type, complexes_type,
+    ),
+    **EXACT,
+)  # fmt: skip
+def standing(
+    z: Any, count: int, rotor: Floats, balls: Matrix, centered: int, work: Any, small: Any, found: Any
+) -> None:
+    """The part of x + i y that stands still, of each column of ``count`` rows; zero where nothing can deflect a rotor for good.
+
+    ``rotor`` is its angle, at equal steps over whole turns, ``balls`` are the angles of the balls in space, rad. Where some of
+    them go round both in space and in the rotor, the revolutions of the rotor are not those of the deflection. Then the standing
+    part is fitted together with what whirls with the rotor, with the balls, and against them. Weights that vanish at both ends
+    (Hann's) suppress the rest. ``work`` is (T, 1 + 2 (1 + n) + columns), ``small`` as many columns square and two more.
+    """
+    columns, last, whirling = z.shape[1], count - 1, 0
+    for k in range(columns):
+        found[k] = complex(0.0, 0.0)
+    if centered != 0 or count == 0:
+        return
+    turned = rotor[last] - rotor[0]
+    for i in range(balls.shape[1]):
+        way = balls[last, i] - balls[0, i]
+        if abs(way) > 2.0 * math.pi and abs(way - turned) > math.pi:
+            whirling += 1
+    if whirling == 0:
+        for k in range(columns):
+            total = complex(0.0, 0.0)
+            for t in range(count):
+                total += z[t, k]
+            found[k] = total / count
+        return
+    size = 1 + 2 * (1 + whirling)
+    for t in range(count):
+        weight, place = math.sin(math.pi * (t + 0.5) / count), 1
+        work[t, 0] = weight
+        for i in range(-1, balls.shape[1]):
+            angle = rotor[t]
+            if i >= 0:
+                way = balls[last, i] - balls[0, i]
+                if not (abs(way) > 2.0 * math.pi and abs(way - turned) > math.pi):
+                    continue
+                angle = balls[t, i]
+            s, c = sine_cosine(angle)
+            work[t, place] = complex(weight * c, weight * s)
+            work[t, place + 1 + whirling] = complex(weight * c, -weight * s)
+            place += 1
+        for k in range(columns):
+            work[t, size + k] = weight * z[t, k]
+    reduce(work, count, size, columns, small)
+    least_squares(small, size, columns, SAME_MOTION, work)
+    for k in range(columns):
+        found[k] = small[0, size + k]

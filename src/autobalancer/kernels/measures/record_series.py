@@ -3,26 +3,128 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections import namedtuple
+from typing import Any, NamedTuple
 
 from numba import boolean, float64, int64, types, void
 
 from autobalancer.kernels.compiler.flags import EXACT, EXACT_PART, njit
 from autobalancer.kernels.laws.contact_law import NONE, restitution_at
-from autobalancer.kernels.measures import columns_of_measures as numbers
-from autobalancer.kernels.measures.columns_of_measures import BALL, COLUMN, PLACE
-from autobalancer.kernels.measures.observables import least_squares, reduce, square
+from autobalancer.kernels.measures import thresholds as numbers
+from autobalancer.kernels.measures.observables import columns_type, square
 from autobalancer.kernels.measures.workspace import (
     MeasureInputs,
     Workspace,
-    complex_matrix_type,
     complexes_type,
     inputs_type,
     workspace_type,
 )
 from autobalancer.kernels.records import IMPACT, MEETING
 from autobalancer.kernels.system import Floats, Matrix, Rows, System, matrix_type, system_type, vector_type
-from autobalancer.kernels.trigonometry import sine_cosine
+
+# The measures that these loops take from motions, and the numbers of a row of all measures, in their order.
+#
+# A new one is an entry in the table of its motion, and the line of the loop that fills it by name: ``rotor_measures``,
+# ``ball_measures``, ``place_measures`` or ``impact_measures``. Runs, sweeps and the documentation take it from here.
+
+
+HERE = "the reference station"  # in a text; a run has the name of its own there
+LATE_TURNS = "in the last revolutions"
+
+
+class OfMotion(NamedTuple):
+    """One of them. Of several numbers a sweep keeps the greatest, if ``of_all`` says what it is; ``known``: nan left out."""
+
+    name: str
+    unit: str
+    text: str
+    of_all: str = ""
+    known: bool = False
+
+
+OF_ROTOR = (  # from the envelope
+    OfMotion("peak_deflection", "m", f"greatest deflection at {HERE}"),
+    OfMotion("peak_speed", "rad/s", f"rotor speed at the greatest deflection at {HERE}"),
+    OfMotion("peak_time", "s", f"time of the greatest deflection at {HERE}"),
+    OfMotion("time_near_peak", "s", f"time with more than half of the greatest deflection at {HERE}"),
+    OfMotion("time_at_resonance", "s", "time with a rotor speed within 10 % of a critical speed"),
+)
+OF_PLACES = (  # and of supports, whose forces are measured in the same way
+    OfMotion(
+        *("static_deflection", "m", f"static deflection {LATE_TURNS}"),
+        f"greatest static deflection of all places {LATE_TURNS}",
+    ),
+    OfMotion(
+        *("vibration", "m", "greatest distance from the mean position at the end of the run"),
+        "greatest vibration of all places at the end of the run",
+    ),
+    OfMotion("vibration_rms", "m", f"root mean square of the vibration {LATE_TURNS}"),
+    OfMotion(
+        *("velocity_rms", "m/s", f"root mean square of the velocity {LATE_TURNS}"),
+        f"greatest root mean square of the velocity of all places {LATE_TURNS}",
+    ),
+)
+OF_BALLS = (
+    OfMotion(
+        *("break_away_speed", "rad/s", "break-away speed in the run"),
+        "greatest break-away speed of a stalled ball",
+        known=True,
+    ),
+    OfMotion(
+        *("break_away_time", "s", "time in the run at which the stalled ball breaks away"),
+        "time in the run at which the last stalled ball breaks away",
+        known=True,
+    ),
+    OfMotion("stalled_time", "s", "time for which the ball is stalled", "longest time for which a ball is stalled"),
+    OfMotion(
+        *("greatest_ball_speed", "rad/s", "greatest speed of the ball in space"), "greatest speed of a ball in space"
+    ),
+)
+OF_IMPACTS = (
+    OfMotion("impacts", "", "impacts of balls on each other, partitions and walls"),
+    OfMotion("impact_speed", "m/s", "mean speed of the impacts"),
+    OfMotion("impact_power", "W", "mean power that impacts dissipate over the run"),
+    OfMotion("greatest_impulse", "N s", "impulse of the hardest impact"),
+    OfMotion("late_impact_rate", "1/s", "impacts a second at the end of the run"),
+    OfMotion("late_impact_power", "W", "power that impacts dissipate at the end of the run"),
+)
+
+# A row: what is measured, then how the run ended: the stepper's word, time and speed, and what the verdict asks for.
+
+
+OTHERS = (
+    *("held_at_critical_speed", "residual_vibration", "vibration_without_balls"),
+    *("residual_unbalance", "residual_share", "support_force"),
+)
+OTHERS_OF_BALLS = ("settling_time", "settled_at", "stalled_balls")
+ENDED = (
+    "status",
+    "verdict",
+    "end_time",
+    "end_speed",
+    "speed_changes",
+    "goes_round",
+    "vibration_before",
+    "vibration_after",
+    "creeps",
+    "vibration_to_come",  # change, over its mean at the end
+    "settling_since_release",  # settling_time, counted from the last release
+)
+
+
+def _names(*groups: tuple[OfMotion, ...]) -> tuple[str, ...]:
+    return tuple(one.name for group in groups for one in group)
+
+
+MEASURED = (*_names(OF_ROTOR, OF_PLACES), *OTHERS, *OTHERS_OF_BALLS, *_names(OF_BALLS, OF_IMPACTS))
+COLUMNS = (*MEASURED, *ENDED)
+WIDTH = len(COLUMNS)
+# where a number stands, by name: ``COLUMN.peak_time`` in a row, the others in what the loops find of places and balls
+by_name: Any = namedtuple  # which type checkers want to read
+Column, Place, Ball = by_name("Column", COLUMNS), by_name("Place", _names(OF_PLACES)), by_name("Ball", _names(OF_BALLS))
+COLUMN, PLACE, BALL = Column(*range(WIDTH)), Place(*range(len(OF_PLACES))), Ball(*range(len(OF_BALLS)))
+KNOWN = tuple(one.known for one in OF_BALLS)
+
 
 strided_type = types.Array(types.float64, 1, "A")
 HALVINGS = 40  # of a bin, in which the instant of a crossing is found
@@ -576,68 +678,6 @@ def collect_impacts(p: System, g: MeasureInputs, d: Workspace) -> None:
             d.hits[0, to], d.hits[1, to], d.hits[2, to], d.hits[3, to] = one.time, one.speed, lost, impulse
             d.noted[0] = to + 1
     p.impact_count[0] = 0
-
-
-# What of a motion stands still, and what vibrates.
-
-
-columns_type = types.Array(types.complex128, 2, "A")
-
-
-@njit(
-    void(
-        columns_type, int64, vector_type, matrix_type, int64, complex_matrix_type, complex_matrix_type, complexes_type,
-    ),
-    **EXACT,
-)  # fmt: skip
-def standing(
-    z: Any, count: int, rotor: Floats, balls: Matrix, centered: int, work: Any, small: Any, found: Any
-) -> None:
-    """The part of x + i y that stands still, of each column of ``count`` rows; zero where nothing can deflect a rotor for good.
-
-    ``rotor`` is its angle, at equal steps over whole turns, ``balls`` are the angles of the balls in space, rad. Where some of
-    them go round both in space and in the rotor, the revolutions of the rotor are not those of the deflection. Then the standing
-    part is fitted together with what whirls with the rotor, with the balls, and against them. Weights that vanish at both ends
-    (Hann's) suppress the rest. ``work`` is (T, 1 + 2 (1 + n) + columns), ``small`` as many columns square and two more.
-    """
-    columns, last, whirling = z.shape[1], count - 1, 0
-    for k in range(columns):
-        found[k] = complex(0.0, 0.0)
-    if centered != 0 or count == 0:
-        return
-    turned = rotor[last] - rotor[0]
-    for i in range(balls.shape[1]):
-        way = balls[last, i] - balls[0, i]
-        if abs(way) > 2.0 * math.pi and abs(way - turned) > math.pi:
-            whirling += 1
-    if whirling == 0:
-        for k in range(columns):
-            total = complex(0.0, 0.0)
-            for t in range(count):
-                total += z[t, k]
-            found[k] = total / count
-        return
-    size = 1 + 2 * (1 + whirling)
-    for t in range(count):
-        weight, place = math.sin(math.pi * (t + 0.5) / count), 1
-        work[t, 0] = weight
-        for i in range(-1, balls.shape[1]):
-            angle = rotor[t]
-            if i >= 0:
-                way = balls[last, i] - balls[0, i]
-                if not (abs(way) > 2.0 * math.pi and abs(way - turned) > math.pi):
-                    continue
-                angle = balls[t, i]
-            s, c = sine_cosine(angle)
-            work[t, place] = complex(weight * c, weight * s)
-            work[t, place + 1 + whirling] = complex(weight * c, -weight * s)
-            place += 1
-        for k in range(columns):
-            work[t, size + k] = weight * z[t, k]
-    reduce(work, count, size, columns, small)
-    least_squares(small, size, columns, numbers.SAME_MOTION, work)
-    for k in range(columns):
-        found[k] = small[0, size + k]
 
 
 @njit(float64(columns_type, int64, int64, types.complex128), **EXACT_PART)

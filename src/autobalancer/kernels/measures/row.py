@@ -3,7 +3,7 @@
 For each run: ``start(workspace)``, then after every call of the stepper ``collect_impacts(p, inputs, workspace)``, and at the
 end ``measure_row(p, record, memory, inputs, workspace, status, row)``. The inputs are those of the machine
 (assembly/places.py); runs that differ only in drag, drive, unbalance or start share them. The workspace is room that
-each thread has for itself. ``row`` has ``WIDTH + n`` numbers: those named in ``columns_of_measures.py``, then for each of the
+each thread has for itself. ``row`` has ``WIDTH + n`` numbers: those named in ``record_series.py``, then for each of the
 n balls its final angle from the unbalance; nan stands for what a run cannot say. None of it needs Python or its lock. Only
 softening rubber asks for more afterwards: the vibration without balls, and with it the verdict, see ``completed`` in
 studies/variations.py.
@@ -20,10 +20,17 @@ from autobalancer.kernels.host.shaft_train import drive_value, motor_torque
 from autobalancer.kernels.integrators.integrator_state import NEXT_BIN, NEXT_TURN, TIME, Memory, memory_type
 from autobalancer.kernels.integrators.recording import Record, record_type
 from autobalancer.kernels.integrators.runge_kutta import FINISHED
-from autobalancer.kernels.measures import columns_of_measures as columns
 from autobalancer.kernels.measures import record_series as series
-from autobalancer.kernels.measures.columns_of_measures import BALL, COLUMN, COLUMNS, PLACE
-from autobalancer.kernels.measures.observables import ball_at, observe, observe_locked_balls, turns_of, unbalance_at
+from autobalancer.kernels.measures import thresholds
+from autobalancer.kernels.measures.observables import (
+    ball_at,
+    observe,
+    observe_locked_balls,
+    standing,
+    turns_of,
+    unbalance_at,
+)
+from autobalancer.kernels.measures.record_series import BALL, COLUMN, COLUMNS, KNOWN, PLACE, WIDTH
 from autobalancer.kernels.measures.workspace import (
     CENTERED,
     HELD,
@@ -101,36 +108,38 @@ def _course(p: System, r: Record, g: MeasureInputs, d: Workspace, count: int, no
     row[COLUMN.vibration_before] = series.twentieth(middle, low, high, now, 0.9, centered)
     row[COLUMN.vibration_after] = series.twentieth(middle, low, high, now, 0.95, centered)
     if centered == 1:
-        row[COLUMN.residual_vibration] = series.last_deflection(middle, high, now - columns.LAST * now)
+        row[COLUMN.residual_vibration] = series.last_deflection(middle, high, now - thresholds.LAST * now)
     # from when settling counts
     n, begin = g.ball_mass.size, r.bin_edges[0]
     run_up = series.end_of_run_up(time, speed, begin)
-    since, cause = series.origin_of(run_up, columns.RUN_UP, begin, now, g.jumps)
+    since, cause = series.origin_of(run_up, thresholds.RUN_UP, begin, now, g.jumps)
     row[COLUMN.vibration_to_come] = series.vibration_to_come(middle, low, high, since, now, centered)
     # the balls: settled, released, stalled; the last one counts
     if n == 0:
         return
     settled, hung, found = d.of_balls[0], d.of_balls[1:4], d.of_balls[4:]
-    series.settled_from(time, angle, rate, begin, columns.SETTLED, settled)
+    series.settled_from(time, angle, rate, begin, thresholds.SETTLED, settled)
     series.stalls(begin, time, speed, angle, rate, g.whirls, hung)
     series.ball_measures(time, speed, angle, rate, hung, found)
     for k in range(found.shape[0]):
-        greatest = series.greatest_known(found[k]) if columns.KNOWN[k] else found[k, series.greatest_at(found[k])]
+        greatest = series.greatest_known(found[k]) if KNOWN[k] else found[k, series.greatest_at(found[k])]
         row[OF_BALLS + k] = greatest
     row[COLUMN.creeps] = 1.0 if series.creeps(time, angle, settled, since, now) else 0.0
     last = settled[series.greatest_at(settled)]
-    held = cause != columns.JUMP and math.isfinite(row[COLUMN.held_at_critical_speed])  # then the run-up does not end
+    held = cause != thresholds.JUMP and math.isfinite(
+        row[COLUMN.held_at_critical_speed]
+    )  # then the run-up does not end
     row[COLUMN.settled_at], row[COLUMN.settling_time] = last, math.nan if held else series.time_since(since, last)
     row[COLUMN.settling_since_release] = row[COLUMN.settling_time]
     if row[COLUMN.break_away_time] > begin:
-        free, _ = series.origin_of(row[COLUMN.break_away_time], columns.RELEASE, begin, now, g.jumps)
+        free, _ = series.origin_of(row[COLUMN.break_away_time], thresholds.RELEASE, begin, now, g.jumps)
         row[COLUMN.settling_since_release] = series.time_since(free, last)
     row[COLUMN.stalled_balls] = 0.0
     for i in range(n):
         row[COLUMN.stalled_balls] += 0.0 if math.isnan(hung[2, i]) else 1.0
     x, y = unbalance_at(time[count - 1], p)
     for i in range(n):
-        row[columns.WIDTH + i] = series.wrapped(angle[count - 1, i] - math.atan2(y, x))
+        row[WIDTH + i] = series.wrapped(angle[count - 1, i] - math.atan2(y, x))
 
 
 @njit(void(system_type, record_type, memory_type, inputs_type, workspace_type, vector_type), **EXACT_PART)
@@ -150,7 +159,7 @@ def _turns(p: System, r: Record, m: Memory, g: MeasureInputs, d: Workspace, row:
     seen, centered = d.seen, 1 if g.scalars[CENTERED] != 0.0 else 0
     z, v, force = seen.z[:count], seen.v[:count], seen.force[:count]
     # deflections and their mean, then forces
-    series.standing(z, count, d.rotor, seen.angles, centered, d.columns, d.small, d.mean)
+    standing(z, count, d.rotor, seen.angles, centered, d.columns, d.small, d.mean)
     found, vibration = d.of_places[2:], d.of_places[2 + PLACE.vibration]
     series.place_measures(z, v, count, d.mean, found)
     if centered == 0:
@@ -159,7 +168,7 @@ def _turns(p: System, r: Record, m: Memory, g: MeasureInputs, d: Workspace, row:
         vibration[0] = row[COLUMN.residual_vibration]
     for k in range(found.shape[0]):
         row[OF_PLACES + k] = found[k, series.greatest_at(found[k, :places])]
-    series.standing(force, count, d.rotor, seen.angles, centered, d.columns, d.small, d.mean)
+    standing(force, count, d.rotor, seen.angles, centered, d.columns, d.small, d.mean)
     series.place_measures(force, force, count, d.mean, found)
     row[COLUMN.support_force] = vibration[series.greatest_at(vibration[:supports])] if supports > 0 else 0.0
     if n == 0:
@@ -180,7 +189,7 @@ def _turns(p: System, r: Record, m: Memory, g: MeasureInputs, d: Workspace, row:
         wanted = series.mean_size(seen.unbalance, 0, count)
     row[COLUMN.residual_unbalance] = left
     row[COLUMN.residual_share] = left / wanted if wanted > 0.0 else math.nan
-    if g.scalars[HELD] == columns.LINEAR and abs(m.state[SPEED]) < columns.FASTEST:
+    if g.scalars[HELD] == thresholds.LINEAR and abs(m.state[SPEED]) < thresholds.FASTEST:
         observe_locked_balls(p, g, m.clock[TIME], m.state[SPEED], d, d.of_places[0], d.of_places[1])
         row[COLUMN.vibration_without_balls] = d.of_places[0, series.greatest_at(d.of_places[0, :places])]
 
@@ -191,16 +200,16 @@ def judged(row: Floats) -> int:
     # no verdict without a vibration to compare with: that of the same rotor with its balls held
     without = row[COLUMN.vibration_without_balls]
     if row[COLUMN.status] != FINISHED or not without > 0.0:
-        return columns.NO_VERDICT
+        return thresholds.NO_VERDICT
     vibration, before, after = row[COLUMN.vibration], row[COLUMN.vibration_before], row[COLUMN.vibration_after]
     speed, uneven, moves = row[COLUMN.speed_changes] != 0.0, row[COLUMN.goes_round] != 0.0, row[COLUMN.creeps] == 1.0
     # a run that still changes is not judged, nor one that is too short to tell
     reason = series.changing(speed, uneven, moves, before, after, row[COLUMN.vibration_to_come], vibration, without)
-    if reason != columns.SPEED_CHANGES and series.too_short(row[COLUMN.end_time], row[COLUMN.end_speed]):
-        return columns.NOT_SETTLED
-    if reason == columns.STEADY:
+    if reason != thresholds.SPEED_CHANGES and series.too_short(row[COLUMN.end_time], row[COLUMN.end_speed]):
+        return thresholds.NOT_SETTLED
+    if reason == thresholds.STEADY:
         return series.class_of(vibration / without)
-    return columns.NO_VERDICT if reason == columns.SPEED_CHANGES else columns.NOT_SETTLED
+    return thresholds.NO_VERDICT if reason == thresholds.SPEED_CHANGES else thresholds.NOT_SETTLED
 
 
 @njit(void(system_type, record_type, memory_type, inputs_type, workspace_type, int64, vector_type), **EXACT)
@@ -210,7 +219,7 @@ def measure_row(p: System, r: Record, m: Memory, g: MeasureInputs, d: Workspace,
         row[k] = math.nan
     # what is known of any run
     now = m.clock[TIME]
-    row[COLUMN.status], row[COLUMN.verdict] = status, columns.NO_VERDICT
+    row[COLUMN.status], row[COLUMN.verdict] = status, thresholds.NO_VERDICT
     row[COLUMN.end_time], row[COLUMN.end_speed] = now, m.state[SPEED]
     # from the envelope, if there is one; else only where the balls are
     count = _bins(r, m, g, d)
@@ -222,10 +231,10 @@ def measure_row(p: System, r: Record, m: Memory, g: MeasureInputs, d: Workspace,
         n, size, resolved = g.ball_mass.size, g.rows.shape[0], 1 if g.scalars[RESOLVED] != 0.0 else 0
         x, y = unbalance_at(now, p)
         for i in range(n):
-            row[columns.WIDTH + i] = series.wrapped(ball_at(m.state, i, n, size, resolved)[0] - math.atan2(y, x))
+            row[WIDTH + i] = series.wrapped(ball_at(m.state, i, n, size, resolved)[0] - math.atan2(y, x))
     # from the last revolutions, then the impacts, and last the verdict on all of it
     _turns(p, r, m, g, d, row)
     if p.touches.shape[0] > 0:
         hits = d.hits
-        series.impact_measures(hits[0], hits[1], hits[2], hits[3], d.noted[0], now - columns.LAST * now, now, row)
+        series.impact_measures(hits[0], hits[1], hits[2], hits[3], d.noted[0], now - thresholds.LAST * now, now, row)
     row[COLUMN.verdict] = judged(row)

@@ -15,7 +15,8 @@ from autobalancer.assembly.system import reference_station
 from autobalancer.errors import QuestionError, one_of
 from autobalancer.files.machine_file import balls_in_races, machine_text
 from autobalancer.kernels.compiler.simd import NODES
-from autobalancer.kernels.measures.columns_of_measures import COLUMN, NO_VERDICT, WIDTH
+from autobalancer.kernels.measures.record_series import COLUMN, WIDTH
+from autobalancer.kernels.measures.thresholds import NO_VERDICT
 from autobalancer.machine import Machine
 from autobalancer.machine.path import dimension_of
 from autobalancer.memory import refuse_beyond_memory

@@ -28,7 +28,8 @@ from autobalancer.kernels.compiler.numba_struct import count_numbers, value_type
 from autobalancer.kernels.integrators.integrator_state import Memory, memory_type
 from autobalancer.kernels.integrators.recording import Record, record_type
 from autobalancer.kernels.many_members import DONE, FLAGS, STOP, Found, Members, run_members
-from autobalancer.kernels.measures.columns_of_measures import ITERATED, WIDTH
+from autobalancer.kernels.measures.record_series import WIDTH
+from autobalancer.kernels.measures.thresholds import ITERATED
 from autobalancer.kernels.measures.workspace import HELD, MeasureInputs, inputs_type
 from autobalancer.kernels.system import BALLS, VX, Floats, Integers, Matrix, System, system_type
 from autobalancer.progress import interrupts_noted, raise_noted

@@ -18,7 +18,8 @@ from autobalancer.arrays import Floats
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.errors import AutobalancerError, Problem, QuestionError, UnitError
 from autobalancer.files.machine_file import machine_text
-from autobalancer.kernels.measures.columns_of_measures import COLUMN, NO_VERDICT
+from autobalancer.kernels.measures.record_series import COLUMN
+from autobalancer.kernels.measures.thresholds import NO_VERDICT
 from autobalancer.machine import Machine
 from autobalancer.machine.part import (
     Amount,
