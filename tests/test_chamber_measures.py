@@ -14,7 +14,6 @@ import autobalancer as ab
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import machine_text
 from autobalancer.results.chamber_measures import (
-    CHAMBER_MEASURES,
     UNITS,
     ball_places_in_rotor,
     ball_settling_time,
@@ -26,6 +25,7 @@ from autobalancer.results.chamber_measures import (
     collision_statistics,
     residual_of_balls,
 )
+from autobalancer.results.measure_table import CHAMBER_MEASURES
 from autobalancer.results.unconstrained_body import LooseBody, pakula_body, unconstrained_motion
 from autobalancer.simulation.chamber.bounds import body_without_balancing
 from autobalancer.simulation.chamber.chamber_run import default_step

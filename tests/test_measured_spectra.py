@@ -266,7 +266,10 @@ def test_spectra_are_kept_in_files_and_questions_without_an_answer_refused(tmp_p
     ab.save_run(found, tmp_path / "s.nc")
     assert repr(ab.load_run(tmp_path / "s.nc")) == repr(found)
     assert ab.plot.spectrum(tmp_path / "s.nc", log=False).axes
-    for change, words in (({"window": "kaiser"}, "must be 'hann'"), ({"resolution": "0.01 Hz"}, "the signals have 12 s")):
+    for change, words in (
+        ({"window": "kaiser"}, "must be 'hann'"),
+        ({"resolution": "0.01 Hz"}, "the signals have 12 s"),
+    ):
         with pytest.raises(QuestionError, match=words):
             ab.measure.spectrum(signals, **change)
     with pytest.raises(QuestionError, match="with the quantity tacho or angle there is none"):

@@ -11,9 +11,8 @@ import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.kernels.integrators import runge_kutta as endings
 from autobalancer.machine import Machine
-from autobalancer.results.chamber_measures import CHAMBER_MEASURES, KINDS
 from autobalancer.results.labels import LABELS
-from autobalancer.results.measure_table import MEASURES
+from autobalancer.results.measure_table import CHAMBER_MEASURES, KINDS, MEASURES
 from autobalancer.simulation.record import Envelope, LastRevolutions, Samples
 from autobalancer.simulation.run import outcome
 

@@ -1,9 +1,9 @@
-"""Measures of a run of a deep chamber: the numbers by which chambers are compared."""
+"""What a run of a deep chamber recorded and says of its machine, for the measures of ``measure_table.py``."""
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -18,9 +18,10 @@ from autobalancer.kernels.measures.thresholds import RUN_UP
 from autobalancer.machine.chamber import Chamber, ChamberUnbalance
 from autobalancer.machine.drive import AsynchronousMotor
 from autobalancer.machine_kinds import CHAMBERS
-from autobalancer.results.answers.answer import SOURCE, Answer, Labeled
+from autobalancer.results.answers.answer import Answer, Labeled
 from autobalancer.results.display_units import worded
-from autobalancer.results.measure_table import Measure, measured
+from autobalancer.results.labels import labeled
+from autobalancer.results.measure_table import CHAMBER_MEASURES, STAGES, Measure, measured, measures_of, single_names
 from autobalancer.results.run_arrays import Settled, whirls_of
 from autobalancer.results.time_series import compiled, end_of_run_up, of_a_run, origin_of, plain, time_since
 from autobalancer.results.verdict import speed_changes
@@ -229,18 +230,14 @@ def balls_unbalance(run: xr.Dataset, chamber_places: Floats | None = None) -> xr
     radial = place.values[:, :, 1:]
     static = np.einsum("b,tbp->tp", mass, radial)
     couple = np.einsum("b,tb,tbp->tp", mass, along, radial)
-    dataset = xr.Dataset(coords={"time": run["time"], "part": ["y", "z"]})
-    dataset["static"] = (
-        ("time", "part"),
-        static,
-        {"long_name": "unbalance of the balls", "units": "kg m", "frame": "rotor"},
+    over = ("time", "part")
+    dataset = labeled(
+        {
+            "static": (over, static, "unbalance of the balls", "kg m", "rotor"),
+            "couple": (over, couple, "couple unbalance of the balls", "kg m^2", "rotor"),
+        }
     )
-    dataset["couple"] = (
-        ("time", "part"),
-        couple,
-        {"long_name": "couple unbalance of the balls", "units": "kg m^2", "frame": "rotor"},
-    )
-    return Labeled.of_run(run, "Unbalance of the balls", dataset)
+    return Labeled.of_run(run, "Unbalance of the balls", dataset.assign_coords(time=run["time"], part=["y", "z"]))
 
 
 def residual_of_balls(
@@ -259,15 +256,15 @@ def residual_of_balls(
     begin = np.clip(turned - np.pi, 0.0, max(turned[-1] - 2.0 * np.pi, 0.0))
     first, end = (np.searchsorted(turned, at) for at in (begin, np.minimum(begin + 2.0 * np.pi, turned[-1])))
     around = (np.abs(slip[end] - slip[first]) < (1.0 - CARRIED) * (turned[end] - turned[first])[:, None]).all(axis=1)
-    dataset = xr.Dataset(coords={"time": run["time"]})
-    for name, given, text, unit in (
-        ("static", unbalance, "residual unbalance", "kg m"),
-        ("couple", couple, "residual couple unbalance", "kg m^2"),
-    ):
-        part = own[name].values
-        size = np.where(around, np.abs(part[:, 0] + 1j * part[:, 1] + given), np.nan)
-        dataset[name] = ("time", size, {"long_name": text, "units": unit})
-    return Labeled.of_run(run, "Residual unbalance", dataset)
+    static, torque = (
+        np.where(around, np.abs(own[name].values @ (1.0, 1j) + given), np.nan)
+        for name, given in (("static", unbalance), ("couple", couple))
+    )
+    left = {
+        "static": ("time", static, "residual unbalance", "kg m"),
+        "couple": ("time", torque, "residual couple unbalance", "kg m^2"),
+    }
+    return Labeled.of_run(run, "Residual unbalance", labeled(left).assign_coords(time=run["time"]))
 
 
 # What a run of a deep chamber recorded, as plain arrays: all that a measure is computed from.
@@ -295,6 +292,7 @@ class ChamberRecorded:
     unbalance: complex | None = None
     couple: complex = 0.0
     places: Floats | None = None
+    at_rest: bool = True  # whether there is a steady state: else what is measured there is nan
     _read: dict[str, Floats] = field(default_factory=dict)  # a run of an archive is read when it is used, and only once
 
     def values(self, variable: str) -> Floats:
@@ -330,6 +328,10 @@ class ChamberRecorded:
         values = self.moved(direction)
         return np.asarray(np.abs(values - values[self.steady].mean()))
 
+    def when(self, values: Floats) -> float:
+        """The time (s) of the greatest of ``values`` (T,)."""
+        return float(self.time[np.argmax(values)])
+
     def radial_force(self, bearing: int) -> Floats:
         """Across the axis, of a bearing counted from 1, (T,) N."""
         force = self.values("bearing_force")[:, bearing - 1]
@@ -341,7 +343,10 @@ class ChamberRecorded:
         spans = (0, max(first - 1, 0)), (max(first - 1, 0), last)
         totals = np.cumsum(amounts)
         with np.errstate(invalid="ignore", divide="ignore"):
-            return np.array([(totals[b] - totals[a]) / (self.time[b] - self.time[a]) for a, b in spans])
+            return self._known([(totals[b] - totals[a]) / (self.time[b] - self.time[a]) for a, b in spans])
+
+    def _known(self, stages: list[float]) -> Floats:
+        return np.array([stages[0], stages[1] if self.at_rest else np.nan])
 
     @property
     def cylinders(self) -> bool | None:
@@ -351,14 +356,14 @@ class ChamberRecorded:
     def parts(self, values: Floats, measure: Callable[[Floats], Any]) -> Floats:
         """A measure of ``values`` (T,) before and in steady state; nan where there are none."""
         result = (values[: self.steady.start], values[self.steady])
-        return np.array([float(measure(part)) if part.size else np.nan for part in result])
+        return self._known([float(measure(part)) if part.size else np.nan for part in result])
 
     @cached_property
     def impacts(self) -> Floats:
         """Contacts of balls begun since the last sample, (T,)."""
         return np.asarray(self.run["contacts_ball"].values + self.run["contacts_wall"].values, np.float64)
 
-    def of_an_impact(self, sums: str) -> Floats:
+    def of_impact(self, sums: str) -> Floats:
         """The mean of a contact that began, before and in steady state; nan in runs that did not keep it, or without contacts."""
         if sums not in self.run:
             return np.full(2, np.nan)
@@ -394,7 +399,15 @@ class ChamberRecorded:
         left = residual_of_balls(self.run.isel(time=self.steady), self.unbalance, self.couple, self.places)
         return left.where(balls_with_rotor(self.run, self.last).all())
 
+    @property
+    def error_over_work(self) -> float:
+        """Greatest error of the energy balance over the work of the motor; nan without work."""
+        work = float(np.abs(self.run["work_motor"].values[-1]))
+        return float(np.abs(self.run["energy_error"].values).max()) / work if work else float("nan")
 
+
+TOTALS = ("contacts_ball", "contacts_wall", "hardest_contact", "hardest_contact_time")
+UNITS = {name: measure.unit for measure in CHAMBER_MEASURES for name in single_names(measure)}
 PARAMETERS = {"ball_mass_total": "kg", "ball_diameter": "m", "depth": "m", "duration": "s", "step": "s", "sample": "s"}
 
 
@@ -406,27 +419,22 @@ def collision_statistics(run: xr.Dataset, bins: int = 50) -> xr.Dataset:
     ``greatest_force`` (N) the greatest force of a contact.
     """
     window(run)
-    time = run["time"].values
+    recorded, time = ChamberRecorded(run), run["time"].values
     edges = np.linspace(0, time.size, min(bins, time.size // 2) + 1).astype(int)
     starts, ends = edges[:-1], edges[1:]
     before = np.concatenate([[time[0]], time[ends[:-1] - 1]])
     span = time[ends - 1] - before
-    dataset = xr.Dataset(coords={"part_time": ("part_time", 0.5 * (before + time[ends - 1]), {"units": "s"})})
-    force = run["greatest_contact_force"].values
-    for name, text in (("contacts_ball", "contacts between balls"), ("contacts_wall", "contacts with the chamber")):
-        counts = run[name].values
-        dataset[name] = _scalar(float(counts.sum()), "", text)
-        rate = np.add.reduceat(counts, starts) / span
-        dataset[f"{name}_rate"] = ("part_time", rate, {"units": "1/s", "long_name": f"rate of {text}"})
-    lost = np.diff(run["loss_contact"].values, prepend=run["loss_contact"].values[:1])
-    power = np.add.reduceat(lost, starts) / span
-    dataset["impact_power"] = ("part_time", power, {"units": "W", "long_name": "power that impacts dissipate"})
-    dataset["greatest_force"] = ("part_time", np.maximum.reduceat(force, starts), {"units": "N"})
-    dataset["greatest_force"].attrs["long_name"] = "greatest force of a contact"
-    hardest = int(np.argmax(force))
-    dataset["hardest_contact"] = _scalar(force[hardest], "N", "force of the hardest contact")
-    dataset["hardest_contact_time"] = _scalar(time[hardest], "s", "time of the hardest contact")
-    return Labeled.of_run(run, "Contacts", dataset)
+    amounts = {
+        "contacts_ball_rate": (run["contacts_ball"].values, "rate of contacts between balls", "1/s"),
+        "contacts_wall_rate": (run["contacts_wall"].values, "rate of contacts with the chamber", "1/s"),
+        "impact_power": (recorded.impact_loss, "power that impacts dissipate", "W"),
+    }
+    parts = {name: ("part_time", np.add.reduceat(of, starts) / span, *about) for name, (of, *about) in amounts.items()}
+    force = np.maximum.reduceat(recorded.contact_force, starts)
+    parts["greatest_force"] = ("part_time", force, "greatest force of a contact", "N")
+    over = {"part_time": ("part_time", 0.5 * (before + time[ends - 1]), "middle of the part", "s")}
+    whole = [m for m in CHAMBER_MEASURES if m.name in TOTALS]
+    return Labeled.of_run(run, "Contacts", labeled(parts, over).assign(measured(recorded, whole, _label)))
 
 
 @of_a_run(runs=CHAMBERS)
@@ -464,30 +472,16 @@ def chamber_measures(
     last = optional_argument("last", last, "s")
     if unbalance is None:
         unbalance, couple = unbalance_of(run) or (None, 0.0)
-    result = _all_measures(ChamberRecorded(run, last, tolerance, unbalance, couple, chamber_places))
-    time = run["time"].values
-    if last is not None or not speed_changes(time, run["speed"].values, float(time[-1])):
-        return result
-    peaks = {f"{direction}_{what}" for direction in DIRECTIONS for what in ("peak", "peak_time")}
-    unknown = {}
-    for name, value in result.data_vars.items():
-        if "stage" in value.dims:
-            unknown[name] = value.where(value["stage"] != "steady")
-        elif name in peaks or STEADY in value.attrs.get("long_name", ""):
-            unknown[name] = value.where(False)
-    return result.assign(unknown)
-
-
-def _all_measures(recorded: ChamberRecorded) -> Answer:
-    run = recorded.run
-
-    def label(measure: Measure) -> dict[str, str]:
-        return {"units": measure.unit, "long_name": worded(measure.text, bodies_of(run))}
-
-    result = measured(recorded, CHAMBER_MEASURES, label)
+    time, bodies = run["time"].values, bodies_of(run)
+    steady = last is not None or not speed_changes(time, run["speed"].values, float(time[-1]))
+    recorded = ChamberRecorded(run, last, tolerance, unbalance, couple, chamber_places, steady)
+    dataset = measures_of(run, recorded, CHAMBER_MEASURES, lambda measure: _label(measure, bodies))
     coords = {"stage": list(STAGES), "counted_from": recorded.settled.counted_from}
-    about = {key: run.attrs[key] for key in SOURCE if key in run.attrs}
-    return Answer.of(xr.Dataset(result, coords, about), "Measured")
+    return Answer.of(dataset.assign_coords(coords), "Measured")
+
+
+def _label(measure: Measure, bodies: str = "balls") -> dict[str, str]:
+    return {"units": measure.unit, "long_name": worded(measure.text, bodies)}
 
 
 def catalog_numbers(run: xr.Dataset, last: float | None = None) -> dict[str, float]:
@@ -495,140 +489,16 @@ def catalog_numbers(run: xr.Dataset, last: float | None = None) -> dict[str, flo
 
     Its last tenth, or ``last`` seconds, count as steady, even if the speed still changes.
     """
-    result = _all_measures(ChamberRecorded(run, last, 1.0, *(unbalance_of(run) or (None, 0.0))))
-    numbers: dict[str, float] = {}
-    for name, value in result.data_vars.items():
-        stages = [f"{stage}_{name}" for stage in STAGES] if value.ndim else [str(name)]
-        numbers |= zip(stages, np.atleast_1d(value.values).tolist(), strict=True)
-    return numbers
+    recorded = ChamberRecorded(run, last, 1.0, *(unbalance_of(run) or (None, 0.0)))
+    known = measured(recorded, CHAMBER_MEASURES, _label)
+    return {
+        name: value
+        for measure in CHAMBER_MEASURES
+        if measure.name in known
+        for name, value in zip(single_names(measure), np.atleast_1d(known[measure.name][1]).tolist(), strict=True)
+    }
 
 
 def catalog_unit(name: str) -> str:
     """The unit of a number of :func:`catalog_numbers`, or of a parameter of a run; empty where it has none."""
     return {**PARAMETERS, **UNITS}.get(name, "")
-
-
-def _scalar(value: float, unit: str, text: str) -> xr.DataArray:
-    return xr.DataArray(float(value), attrs={"units": unit, "long_name": text})
-
-
-# The table of the measures of a run of a deep chamber, of the form of :mod:`autobalancer.results.measure_table`.
-#
-# A new measure is an entry here and, if it is more than a line, a method of :class:`ChamberRecorded`.
-
-
-STEADY = "in steady state"  # ends the meaning of what is measured there
-STAGES = ("transient", "steady")
-KINDS: dict[str, tuple[str, Callable[[Floats], Any]]] = {
-    "greatest": ("greatest", lambda values: np.abs(values).max()),
-    "rms": ("root mean square", lambda values: np.sqrt(np.mean(values**2))),
-    "mean": ("mean", np.mean),
-}
-
-
-def _motion(direction: str, unit: str) -> Iterator[Measure]:
-    yield Measure(
-        f"{direction}_amplitude",
-        *(unit, "", f"{direction} amplitude {STEADY}"),
-        lambda r: 0.5 * np.ptp(r.moved(direction)[r.steady]),
-    )
-    yield Measure(
-        f"{direction}_synchronous",
-        *(unit, "", f"{direction} synchronous amplitude {STEADY}"),
-        lambda r: r.synchronous(direction),
-    )
-    yield Measure(
-        f"{direction}_peak",
-        *(unit, "", f"greatest {direction} deflection in the transient"),
-        lambda r: r.away(direction).max(),
-    )
-    yield Measure(
-        f"{direction}_peak_time",
-        *("s", "", f"time of the greatest {direction} deflection"),
-        lambda r: r.time[np.argmax(r.away(direction))],
-    )
-
-
-def _reaction(name: str, unit: str, of: Callable[[ChamberRecorded], Floats]) -> Iterator[Measure]:
-    def over_stages(measure: Callable[[Floats], Any]) -> Callable[[ChamberRecorded], Floats]:
-        return lambda r: r.parts(of(r), measure)
-
-    for kind, (text, measure) in KINDS.items():
-        yield Measure(f"{name}_{kind}", unit, "stage", f"{text} of {name.replace('_', ' ')}", over_stages(measure))
-
-
-CHAMBER_MEASURES = (
-    *_motion("horizontal", "m"),
-    *_motion("vertical", "m"),
-    *_motion("rotation", "rad"),
-    *_reaction("bearing_1", "N", lambda r: r.radial_force(1)),
-    *_reaction("bearing_1_axial", "N", lambda r: r.values("bearing_force")[:, 0, 0]),
-    *_reaction("bearing_2", "N", lambda r: r.radial_force(2)),
-    *_reaction("bearing_2_axial", "N", lambda r: r.values("bearing_force")[:, 1, 0]),
-    *_reaction("constraint_x", "N", lambda r: r.values("constraint_force")[:, 0]),
-    *_reaction("constraint_moment_y", "N m", lambda r: r.values("constraint_moment")[:, 1]),
-    *_reaction("constraint_moment_z", "N m", lambda r: r.values("constraint_moment")[:, 2]),
-    Measure("contacts_ball", "", "", "contacts between balls", lambda r: r.run["contacts_ball"].values.sum()),
-    Measure("contacts_wall", "", "", "contacts with the chamber", lambda r: r.run["contacts_wall"].values.sum()),
-    Measure("impact_rate", "1/s", "stage", "contacts begun a second", lambda r: r.over_stages(r.impacts)),
-    Measure(
-        "impact_speed", "m/s", "stage", "mean speed at which contacts began", lambda r: r.of_an_impact("impact_speeds")
-    ),
-    Measure(
-        "impact_energy",
-        *("J", "stage", "mean energy of approach with which contacts began"),
-        lambda r: r.of_an_impact("impact_energies"),
-    ),
-    Measure("impact_power", "W", "stage", "power that impacts dissipate", lambda r: r.over_stages(r.impact_loss)),
-    Measure("hardest_contact", "N", "", "force of the hardest contact", lambda r: r.contact_force.max()),
-    Measure(
-        "hardest_contact_time",
-        *("s", "", "time of the hardest contact"),
-        lambda r: r.time[np.argmax(r.contact_force)],
-    ),
-    Measure(
-        "tilting",
-        *("", "stage", "greatest moment that would tilt a cylinder over what its contacts could bear"),
-        lambda r: r.parts(r.run["tilting"].values, np.max),
-        needs="cylinders",
-    ),
-    Measure(
-        "tilting_share",
-        *("", "stage", "share of the samples in which it is above 1"),
-        lambda r: r.parts(r.run["tilting"].values > 1.0, np.mean),
-        needs="cylinders",
-    ),
-    Measure(
-        "settling_time",
-        *("s", "", "settling time of the last ball, from the end of the run-up"),
-        lambda r: r.settled.duration.max() if r.settled.duration.size else np.nan,
-    ),
-    Measure("share_carried", "1", "", "share of the balls that go around with the rotor", lambda r: np.mean(r.carried)),
-    Measure(
-        "residual_unbalance",
-        *("kg m", "", f"residual unbalance {STEADY}"),
-        lambda r: r.left["static"].mean(),
-        needs="left",
-    ),
-    Measure(
-        "residual_couple",
-        *("kg m^2", "", f"residual couple unbalance {STEADY}"),
-        lambda r: r.left["couple"].mean(),
-        needs="left",
-    ),
-    Measure(
-        "energy_error",
-        *("1", "", "greatest error of the energy balance over the work of the motor"),
-        lambda r: _share_of_work(r.run),
-    ),
-)
-UNITS = {
-    f"{stage}_{measure.name}" if measure.along else measure.name: measure.unit
-    for measure in CHAMBER_MEASURES
-    for stage in (STAGES if measure.along else ("",))
-}
-
-
-def _share_of_work(run: Any) -> float:
-    exchanged = float(np.abs(run["work_motor"].values[-1]))
-    return float(np.abs(run["energy_error"].values).max()) / exchanged if exchanged else float("nan")

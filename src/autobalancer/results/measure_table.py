@@ -1,7 +1,7 @@
 """The table of the measures of a run: name, unit, meaning and arithmetic, for runs, sweeps, commands and documentation.
 
-A new measure of a run is an entry here, of a deep chamber one in ``results/chamber_measures.py``. One that is made of others
-(``made_of``) is in sweeps at once. One that compiled loops take from a motion is an entry of
+A new measure of a run is an entry here, of balls in races and of deep chambers alike. One that is made of others (``made_of``)
+is in sweeps at once. One that compiled loops take from a motion is an entry of
 ``kernels/measures/record_series.py`` instead, for runs and sweeps.
 """
 
@@ -32,6 +32,7 @@ from autobalancer.kernels.measures.record_series import (
 from autobalancer.kernels.measures.thresholds import LAST as LAST_SHARE
 from autobalancer.kernels.measures.thresholds import SETTLED
 from autobalancer.results.answers.answer import SOURCE, Answer, Labeled
+from autobalancer.results.labels import labeled
 from autobalancer.results.run_arrays import (
     HELD_AT,
     SETTLING_FROM,
@@ -100,7 +101,8 @@ class Measure(NamedTuple):
     of :class:`~autobalancer.results.run_arrays.Recorded` (of a deep chamber ``needs`` alone). A sweep keeps measures that are one
     number, those over the balls, and ``of_all`` of the others, if they are computed there. With ``made_of`` it is one number, and
     ``of`` gets in place of a run the numbers that a sweep keeps of those measures, or arrays of them. With ``of_rest`` it says
-    something only of balls that turn with the rotor: nan where one is stalled or goes round in the rotor at the end.
+    something only of balls that turn with the rotor: nan where one is stalled or goes round in the rotor at the end; of a deep
+    chamber only of a steady state: nan where the speed still changes.
     """
 
     name: str
@@ -382,6 +384,107 @@ def _has(recorded: Any, names: tuple[str, ...]) -> bool:
 SWEPT = swept(MEASURES)
 
 
+# The same of deep chambers: of what :class:`~autobalancer.results.chamber_measures.ChamberRecorded` has. Measures along
+# ``stage`` are those before and in the steady state.
+
+
+STEADY = "in steady state"
+STAGES = ("transient", "steady")
+KINDS: dict[str, tuple[str, Callable[[Floats], Any]]] = {
+    "greatest": ("greatest", lambda values: np.abs(values).max()),
+    "rms": ("root mean square", lambda values: np.sqrt(np.mean(values**2))),
+    "mean": ("mean", np.mean),
+}
+
+
+def _body_motion(direction: str, unit: str) -> Iterator[Measure]:
+    for name, sign, text, of in (
+        ("amplitude", unit, f"{direction} amplitude {STEADY}", lambda r: 0.5 * np.ptp(r.moved(direction)[r.steady])),
+        ("synchronous", unit, f"{direction} synchronous amplitude {STEADY}", lambda r: r.synchronous(direction)),
+        ("peak", unit, f"greatest {direction} deflection in the transient", lambda r: r.away(direction).max()),
+        ("peak_time", "s", f"time of the greatest {direction} deflection", lambda r: r.when(r.away(direction))),
+    ):
+        yield Measure(f"{direction}_{name}", sign, "", text, of, of_rest=True)
+
+
+def _reaction(name: str, unit: str, of: Of) -> Iterator[Measure]:
+    def over_stages(measure: Callable[[Floats], Any]) -> Of:
+        return lambda r: r.parts(of(r), measure)
+
+    for kind, (text, measure) in KINDS.items():
+        yield Measure(f"{name}_{kind}", unit, "stage", f"{text} of {name.replace('_', ' ')}", over_stages(measure))
+
+
+CHAMBER_MEASURES = (
+    *_body_motion("horizontal", "m"),
+    *_body_motion("vertical", "m"),
+    *_body_motion("rotation", "rad"),
+    *_reaction("bearing_1", "N", lambda r: r.radial_force(1)),
+    *_reaction("bearing_1_axial", "N", lambda r: r.values("bearing_force")[:, 0, 0]),
+    *_reaction("bearing_2", "N", lambda r: r.radial_force(2)),
+    *_reaction("bearing_2_axial", "N", lambda r: r.values("bearing_force")[:, 1, 0]),
+    *_reaction("constraint_x", "N", lambda r: r.values("constraint_force")[:, 0]),
+    *_reaction("constraint_moment_y", "N m", lambda r: r.values("constraint_moment")[:, 1]),
+    *_reaction("constraint_moment_z", "N m", lambda r: r.values("constraint_moment")[:, 2]),
+    Measure("contacts_ball", "", "", "contacts between balls", lambda r: r.run["contacts_ball"].values.sum()),
+    Measure("contacts_wall", "", "", "contacts with the chamber", lambda r: r.run["contacts_wall"].values.sum()),
+    Measure("impact_rate", "1/s", "stage", "contacts begun a second", lambda r: r.over_stages(r.impacts)),
+    Measure(
+        "impact_speed", "m/s", "stage", "mean speed at which contacts began", lambda r: r.of_impact("impact_speeds")
+    ),
+    Measure(
+        "impact_energy",
+        *("J", "stage", "mean energy of approach with which contacts began"),
+        lambda r: r.of_impact("impact_energies"),
+    ),
+    Measure("impact_power", "W", "stage", "power that impacts dissipate", lambda r: r.over_stages(r.impact_loss)),
+    Measure("hardest_contact", "N", "", "force of the hardest contact", lambda r: r.contact_force.max()),
+    Measure("hardest_contact_time", "s", "", "time of the hardest contact", lambda r: r.when(r.contact_force)),
+    Measure(
+        "tilting",
+        *("", "stage", "greatest moment that would tilt a cylinder over what its contacts could bear"),
+        lambda r: r.parts(r.run["tilting"].values, np.max),
+        needs="cylinders",
+    ),
+    Measure(
+        "tilting_share",
+        *("", "stage", "share of the samples in which it is above 1"),
+        lambda r: r.parts(r.run["tilting"].values > 1.0, np.mean),
+        needs="cylinders",
+    ),
+    Measure(
+        "settling_time",
+        *("s", "", "settling time of the last ball, from the end of the run-up"),
+        lambda r: r.settled.duration.max() if r.settled.duration.size else np.nan,
+    ),
+    Measure("share_carried", "1", "", "share of the balls that go around with the rotor", lambda r: np.mean(r.carried)),
+    Measure(
+        "residual_unbalance",
+        *("kg m", "", f"residual unbalance {STEADY}"),
+        lambda r: r.left["static"].mean(),
+        needs="left",
+        of_rest=True,
+    ),
+    Measure(
+        "residual_couple",
+        *("kg m^2", "", f"residual couple unbalance {STEADY}"),
+        lambda r: r.left["couple"].mean(),
+        needs="left",
+        of_rest=True,
+    ),
+    Measure(
+        "energy_error",
+        *("1", "", "greatest error of the energy balance over the work of the motor"),
+        lambda r: r.error_over_work,
+    ),
+)
+
+
+def single_names(measure: Measure) -> list[str]:
+    """The names of a measure of a deep chamber as single numbers; those of a stage have its name in front."""
+    return [f"{stage}_{measure.name}" for stage in STAGES] if measure.along else [measure.name]
+
+
 # Measures of a run: the few numbers by which run-ups are compared.
 
 
@@ -402,18 +505,13 @@ def deflection_envelope(run: xr.Dataset, bins: int = 200) -> xr.Dataset:
         If the run kept neither.
     """
     result = bins_of(run, bins)
-    envelope = xr.Dataset(
-        {"low": ("time", result.low), "high": ("time", result.high), "speed": ("time", result.speed)},
-        {"time": result.time},
-    )
-    for name, text, unit in (
-        ("low", "least deflection", "m"),
-        ("high", "greatest deflection", "m"),
-        ("speed", "rotor speed", "rad/s"),
-        ("time", "time", "s"),
-    ):
-        envelope[name].attrs.update(long_name=text, units=unit)
-    return Labeled.of_run(run, "Envelope of the deflection", envelope)
+    envelope = {
+        "low": ("time", result.low, "least deflection", "m"),
+        "high": ("time", result.high, "greatest deflection", "m"),
+        "speed": ("time", result.speed, "rotor speed", "rad/s"),
+    }
+    time = {"time": ("time", result.time, "time", "s")}
+    return Labeled.of_run(run, "Envelope of the deflection", labeled(envelope, time))
 
 
 @of_a_run()
@@ -422,14 +520,13 @@ def peak_deflection(run: xr.Dataset) -> xr.Dataset:
 
     In a run through a critical speed this is the peak at resonance.
     """
-    found, dataset = rotor_measures(bins_of(run), np.zeros((0, 2))), xr.Dataset()
-    for name, value, unit, text in (
-        ("deflection", found.peak_deflection, "m", "greatest deflection"),
-        ("time", found.peak_time, "s", "time of the greatest deflection"),
-        ("speed", found.peak_speed, "rad/s", "rotor speed at the greatest deflection"),
-    ):
-        dataset[name] = ((), float(value), {"units": unit, "long_name": text})
-    return Labeled.of_run(run, "Greatest deflection", dataset)
+    found = rotor_measures(bins_of(run), np.zeros((0, 2)))
+    peak = {
+        "deflection": ((), float(found.peak_deflection), "greatest deflection", "m"),
+        "time": ((), float(found.peak_time), "time of the greatest deflection", "s"),
+        "speed": ((), float(found.peak_speed), "rotor speed at the greatest deflection", "rad/s"),
+    }
+    return Labeled.of_run(run, "Greatest deflection", labeled(peak))
 
 
 @of_a_run()
@@ -527,6 +624,15 @@ def ball_angle_to_unbalance(run: xr.Dataset) -> xr.DataArray:
     return xr.DataArray(result.rename("ball_angle_to_unbalance"))
 
 
+def measures_of(
+    run: xr.Dataset, recorded: Any, table: Sequence[Measure], label: Callable[[Measure], Any]
+) -> xr.Dataset:
+    """The measures of a run that a table has, with ``label`` and from whom they are."""
+    return xr.Dataset(
+        measured(recorded, table, label), attrs={key: run.attrs[key] for key in SOURCE if key in run.attrs}
+    )
+
+
 @of_a_run(called="run_measures")
 def measures(run: xr.Dataset, settling_from: str = SETTLING_FROM[0]) -> Answer:
     """All measures of a run in one dataset; each has its unit and its long name, which says where it is measured.
@@ -536,8 +642,7 @@ def measures(run: xr.Dataset, settling_from: str = SETTLING_FROM[0]) -> Answer:
     """
     recorded = recorded_of(run, known_origin(settling_from))
     label = partial(label_of, settling_from=settling_from, station=str(run.attrs.get("reference_station", "rotor")))
-    source = {key: run.attrs[key] for key in SOURCE if key in run.attrs}
-    dataset = xr.Dataset(measured(recorded, MEASURES, label), attrs=source)
+    dataset = measures_of(run, recorded, MEASURES, label)
     for name in ("ball", "place", "plane", "support", "link"):
         if name in dataset.dims:
             dataset = dataset.assign_coords({name: run[name].values})

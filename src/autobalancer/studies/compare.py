@@ -20,6 +20,7 @@ from autobalancer.machine_kinds import machine_kind
 from autobalancer.progress import shows_progress
 from autobalancer.results.answers.answer import Answer, provenance
 from autobalancer.results.chamber_measures import chamber_measures
+from autobalancer.results.labels import labeled
 from autobalancer.results.measure_table import SWEPT, numbers
 from autobalancer.results.run_arrays import recorded_of
 from autobalancer.results.verdict import NO_VERDICT, Verdict, verdict
@@ -128,39 +129,29 @@ def _named_machines(machines: Mapping[str, MachineArgument] | Sequence[MachineAr
 
 
 def _dataset(named: Mapping[str, AnyMachine], rows: Sequence[dict[str, Any]], speeds: Sequence[float]) -> Answer:
-    about = {entry.name: {"long_name": entry.text, "units": entry.unit} for entry in SWEPT}
-    about["peak_without_balls"] = {"long_name": "greatest deflection with held balls", "units": "m"}
-    dataset = xr.Dataset(
-        {name: ("machine", [float(row[name]) for row in rows], about[name]) for name in MEASURES},
-        {"machine": list(named), "speed": ("speed", list(speeds), {"long_name": "rotor speed", "units": "rad/s"})},
+    def column(name: str) -> list[Any]:
+        return [row[name] for row in rows]
+
+    longest = max(row["course"][0].size for row in rows)
+    time, deflection, speed = (
+        np.array([np.pad(one, (0, longest - one.size), constant_values=np.nan) for one in courses])
+        for courses in zip(*column("course"), strict=True)
+    )
+    about = {entry.name: (entry.text, entry.unit) for entry in SWEPT} | TEXTS
+    late = "greatest deflection in the second half of the time at this speed"
+    dataset = labeled(
+        {
+            **{name: ("machine", np.array(column(name), np.float64), *about[name]) for name in MEASURES},
+            "deflection_at": (("machine", "speed"), np.reshape(column("deflection_at"), (len(rows), -1)), late, "m"),
+            **{name: ("machine", column(name), *TEXTS[name]) for name in (*BORDERS, "support_force", "stalled_balls")},
+            **{name: ("machine", np.array(column(name), dtype=object)) for name in ("verdict", "border_note")},
+            "time_in_run": (("machine", "bin"), time, "time", "s"),
+            "deflection": (("machine", "bin"), deflection, "greatest deflection", "m"),
+            "speed_in_run": (("machine", "bin"), speed, "rotor speed", "rad/s"),
+        },
+        {"machine": ("machine", list(named)), "speed": ("speed", list(speeds), "rotor speed", "rad/s")},
         {"title": "Comparison of machines", **provenance(), "machines": [machine_text(m) for m in named.values()]},
     )
-    deflection = {"long_name": "greatest deflection", "units": "m"}
-    late = {"long_name": "greatest deflection in the second half of the time at this speed", "units": "m"}
-    dataset["deflection_at"] = (
-        ("machine", "speed"),
-        np.reshape([row["deflection_at"] for row in rows], (len(rows), -1)),
-        late,
-    )
-    border = {"long_name": "exact border", "units": "rad/s"}
-    dataset["exact_border"] = ("machine", [row["exact_border"] for row in rows], border)
-    best = border | {"long_name": "exact border at the best positions of the balls"}
-    dataset["exact_border_best_case"] = ("machine", [row["exact_border_best_case"] for row in rows], best)
-    pushed = {"long_name": "greatest vibrating force of a support at the end", "units": "N"}
-    dataset["support_force"] = ("machine", [row["support_force"] for row in rows], pushed)
-    counted = {"long_name": "balls that are stalled at the end", "units": ""}
-    dataset["stalled_balls"] = ("machine", [row["stalled_balls"] for row in rows], counted)
-    for name in ("verdict", "border_note"):
-        dataset[name] = ("machine", np.array([row[name] for row in rows], dtype=object))
-    longest = max(row["course"][0].size for row in rows)
-    courses = ("time_in_run", "deflection", "speed_in_run")
-    labels = ({"long_name": "time", "units": "s"}, deflection, {"long_name": "rotor speed", "units": "rad/s"})
-    for number, (name, label) in enumerate(zip(courses, labels, strict=True)):
-        padded = [
-            np.pad(row["course"][number], (0, longest - row["course"][number].size), constant_values=np.nan)
-            for row in rows
-        ]
-        dataset[name] = (("machine", "bin"), np.array(padded), label)
     return Answer.of(dataset, "Comparison")
 
 
@@ -169,7 +160,14 @@ def _dataset(named: Mapping[str, AnyMachine], rows: Sequence[dict[str, Any]], sp
 
 NEAR = 0.01  # of a speed: the rotor counts as running at it
 LATE = 0.5  # of the time at a speed: the balls have had the rest of it to settle
-BORDER = "exact border"
+BORDER, BORDERS = "exact border", ("exact_border", "exact_border_best_case")
+TEXTS = {
+    "peak_without_balls": ("greatest deflection with held balls", "m"),
+    "exact_border": (BORDER, "rad/s"),
+    "exact_border_best_case": ("exact border at the best positions of the balls", "rad/s"),
+    "support_force": ("greatest vibrating force of a support at the end", "N"),
+    "stalled_balls": ("balls that are stalled at the end", ""),
+}
 MEASURES = (
     "peak_deflection",
     "peak_speed",
@@ -196,7 +194,7 @@ def race_row(
     recorded = recorded_of(run)
     row = {name: value for name, value in numbers(recorded).items() if name in MEASURES}
     row["beyond"] = [run.attrs[key] for key in ("drag_warning", "slipstream_warning") if run.attrs.get(key)]
-    row |= zip(("exact_border", "exact_border_best_case", "border_note"), _border(machine), strict=True)
+    row |= zip((*BORDERS, "border_note"), _border(machine), strict=True)
     judged: Verdict | None = None
     with suppress(QuestionError):
         judged = verdict(run, held)
@@ -220,15 +218,8 @@ def chamber_row(
 
 def _row(row: Mapping[str, Any], judged: Verdict | None, course: Course, speeds: Sequence[float]) -> dict[str, Any]:
     """All that a comparison keeps of a run: its measures, verdict and course, and the deflection at ``speeds`` (rad/s)."""
-    unknown = dict.fromkeys((*MEASURES, "support_force", "exact_border", "exact_border_best_case"), math.nan)
-    whole: dict[str, Any] = {
-        **unknown,
-        "stalled_balls": 0,
-        "beyond": [],
-        "border_note": "",
-        "verdict": NO_VERDICT,
-        **row,
-    }
+    unknown: dict[str, Any] = dict.fromkeys((*MEASURES, "support_force", *BORDERS), math.nan)
+    whole = unknown | {"stalled_balls": 0, "beyond": [], "border_note": "", "verdict": NO_VERDICT, **row}
     if judged is not None:
         whole["stalled_balls"] = len(judged.stall.balls) if judged.stall is not None else 0
         forces = [support.vibrating for support in judged.supports]

@@ -38,6 +38,7 @@ from autobalancer.progress import interrupts_noted, raise_noted, shows_progress
 from autobalancer.results.answers.answer import provenance
 from autobalancer.results.answers.run import SteppedResponse
 from autobalancer.results.folder_store import Store, refuse_other_question
+from autobalancer.results.labels import labeled
 from autobalancer.results.store import load_run, save_run
 from autobalancer.results.time_series import hanging
 from autobalancer.safe_file import as_path
@@ -303,24 +304,21 @@ def _fixed(
 MOTIONS = ("at rest", "swinging", "stalled")
 SWING = math.radians(1.0)  # a ball that moves less rests
 
-LABELS = {
-    "amplitude": ("greatest deflection, mean over the stations", "m"),
-    "greatest_mean_deflection": ("greatest value in time of the mean deflection of the stations", "m"),
-    "greatest_deflection": ("greatest deflection of a station", "m"),
-    "synchronous_x": ("deflection that turns with the rotor, along its zero mark", "m"),
-    "synchronous_y": ("deflection that turns with the rotor, a quarter turn ahead of its zero mark", "m"),
-    "amplitude_change": ("relative change of the amplitude from the first to the second half of the window", "1"),
-    "least_ball_angle_in_rotor": ("least ball angle in the rotor", "rad"),
-    "greatest_ball_angle_in_rotor": ("greatest ball angle in the rotor", "rad"),
-    "mean_ball_speed_in_rotor": ("mean ball speed in the rotor", "rad/s"),
-    "time_at_speed": ("time at the speed, window included", "s"),
+QUANTITIES = {  # name of a row of an integration, over what it is besides direction and speed, meaning, unit
+    "amplitude": ("amplitude", (), "greatest deflection, mean over the stations", "m"),
+    "greatest_mean_deflection": ("mean", (), "greatest value in time of the mean deflection of the stations", "m"),
+    "amplitude_change": (
+        *("change", (), "relative change of the amplitude from the first to the second half of the window", "1"),
+    ),
+    "time_at_speed": ("hold", (), "time at the speed, window included", "s"),
+    "greatest_deflection": ("greatest", ("station",), "greatest deflection of a station", "m"),
+    "least_ball_angle_in_rotor": ("low", ("ball",), "least ball angle in the rotor", "rad"),
+    "greatest_ball_angle_in_rotor": ("high", ("ball",), "greatest ball angle in the rotor", "rad"),
+    "mean_ball_speed_in_rotor": ("ball_speed", ("ball",), "mean ball speed in the rotor", "rad/s"),
+    "parting_rate": (
+        *("parting", (), "rate at which balls that stay at one place would separate; nan where none do", "1/s"),
+    ),
 }
-PARTING = ("rate at which balls that stay at one place would separate; nan where none do", "1/s")
-SOURCES = {
-    "amplitude": "amplitude", "greatest_mean_deflection": "mean", "amplitude_change": "change", "time_at_speed": "hold",
-    "greatest_deflection": "greatest", "least_ball_angle_in_rotor": "low", "greatest_ball_angle_in_rotor": "high",
-    "mean_ball_speed_in_rotor": "ball_speed",
-}  # fmt: skip
 
 
 def step_dataset(
@@ -343,36 +341,27 @@ def step_dataset(
         return values
 
     # numbers of all speeds that were reached, over direction and speed
-    data: dict[str, Any] = {}
-    for name, key in SOURCES.items():
-        if "ball" in name:
-            # what the balls do: at rest in the rotor, swinging, or left behind
-            if n:
-                data[name] = (("direction", "speed", "ball"), column(key, n))
-        elif name == "greatest_deflection":
-            data[name] = (("direction", "speed", "station"), column(key, s))
-        else:
-            data[name] = (("direction", "speed"), column(key))
-    forward = column("forward", s, 2)
-    data["synchronous_x"] = (("direction", "speed", "station"), forward[..., 0])
-    data["synchronous_y"] = (("direction", "speed", "station"), forward[..., 1])
-    result = SteppedResponse(data)
-    for name in data:
-        text, unit = LABELS[name]
-        result[name].attrs.update(long_name=text, units=unit)
+    # without balls there is nothing of them, and no rate where none stay together
+    over, sizes = ("direction", "speed"), {"station": s, "ball": n}
+    missing = {"parting"} - {key for row in rows.values() for key in row}
+    numbers = {
+        name: ((*over, *along), column(key, *map(sizes.__getitem__, along)), *about)
+        for name, (key, along, *about) in QUANTITIES.items()
+        if key not in missing and (n or "ball" not in along)
+    }
+    for k, where in enumerate(("along its zero mark", "a quarter turn ahead of its zero mark")):
+        forward = column("forward", s, 2)[..., k], f"deflection that turns with the rotor, {where}", "m"
+        numbers[f"synchronous_{'xy'[k]}"] = ((*over, "station"), *forward)
     # how each speed ended, and the axes
     outcomes = np.full((len(legs), count), "not reached", dtype=object)
     for place, row in rows.items():
         outcomes[place] = row["outcome"]
-    result["outcome"] = (("direction", "speed"), outcomes, {"long_name": "how the integration ended"})
-    result = result.assign_coords(
-        speed=("speed", np.asarray(speeds, np.float64), {"long_name": "rotor speed", "units": "rad/s"}),
-        station=("station", np.array(list(names), dtype=object), {"long_name": "station"}),
-        direction=("direction", np.array(list(legs), dtype=object), {"long_name": "direction through the speeds"}),
-    )
-    if any("parting" in row for row in rows.values()):
-        text, unit = PARTING
-        result["parting_rate"] = (("direction", "speed"), column("parting"), {"long_name": text, "units": unit})
+    axes = {
+        "speed": ("speed", np.asarray(speeds, np.float64), "rotor speed", "rad/s"),
+        "station": ("station", np.array(list(names), dtype=object), "station"),
+        "direction": ("direction", np.array(list(legs), dtype=object), "direction through the speeds"),
+    }
+    result = SteppedResponse.of(labeled(numbers | {"outcome": (over, outcomes, "how the integration ended")}, axes))
     if n:
         swing = result["greatest_ball_angle_in_rotor"].values - result["least_ball_angle_in_rotor"].values
         lag = result["mean_ball_speed_in_rotor"].values
@@ -380,11 +369,10 @@ def step_dataset(
         hung = hanging(lag, np.asarray(speeds)[None, :, None], assembly.whirls)
         motion = np.where(np.isfinite(swing), np.where(hung, 2, np.where(swing > SWING, 1, 0)), -1)
         attrs = {"flag_values": list(range(len(MOTIONS))), "flag_meanings": list(MOTIONS)}
-        result["ball_motion"] = (("direction", "speed", "ball"), motion, {"long_name": "what a ball does", **attrs})
-        whole = motion.max(axis=2)
+        result["ball_motion"] = ((*over, "ball"), motion, {"long_name": "what a ball does", **attrs})
         result["motion"] = (
-            ("direction", "speed"),
-            whole,
+            over,
+            motion.max(axis=2),
             {"long_name": "the most severe motion class of all balls", **attrs},
         )
         result = result.assign_coords(

@@ -30,6 +30,7 @@ from autobalancer.results.answers.answer import Answer, Labeled, provenance
 from autobalancer.results.answers.studied import Studied
 from autobalancer.results.display_units import significant
 from autobalancer.results.folder_store import Span, Store
+from autobalancer.results.labels import labeled
 from autobalancer.results.verdict import GREATER
 from autobalancer.simulation.record import Envelope
 from autobalancer.simulation.run import simulate_races
@@ -497,19 +498,13 @@ def envelopes(
         raise QuestionError("envelopes: fewer than two of the members can run")
     # all have the same bins, as the drive is the same
     _, time, speed = next(run for run in runs if run is not None)
-    dataset = xr.Dataset(
-        {
-            **{
-                f"{LEVEL}{percent:g}": (
-                    "time",
-                    values,
-                    {"units": "m", "long_name": f"deflection of {percent:g} % of the runs"},
-                )
-                for percent, values in zip(PERCENT, np.nanpercentile(high, PERCENT, axis=0), strict=True)
-            },
-            "speed": ("time", speed, {"units": "rad/s", "long_name": "rotor speed"}),
-        },
-        {"time": ("time", time, {"units": "s", "long_name": "time"})},
+    levels = {
+        f"{LEVEL}{percent:g}": ("time", values, f"deflection of {percent:g} % of the runs", "m")
+        for percent, values in zip(PERCENT, np.nanpercentile(high, PERCENT, axis=0), strict=True)
+    }
+    dataset = labeled(
+        levels | {"speed": ("time", speed, "rotor speed", "rad/s")},
+        {"time": ("time", time, "time", "s")},
         {
             "title": f"Envelopes of {high.shape[0]} runs of {study.machine.name}",
             **provenance(),
@@ -628,24 +623,20 @@ def sensitivity(study: xr.Dataset, quantity: str) -> Answer:
         for point in points
     ]
     inputs = inputs if sobol else [name for name in inputs if name != START]
-    result = xr.Dataset(
-        coords={"input": ("input", [_dimension(name) for name in inputs]), "point": ("point", points)},
-        attrs={
+    draws = [int(item.pop("draws")) for item in items]
+    result = labeled(
+        {name: (("point", "input"), np.array([item[name] for item in items]), TEXTS[name], "1") for name in items[0]},
+        {"input": ("input", [_dimension(name) for name in inputs]), "point": ("point", points)},
+        {
             "title": f"Sensitivity of {quantity}",
             **provenance(),
             "quantity": quantity,
             "quantity_text": str(study[quantity].attrs.get("long_name", quantity)),
             "study_name": study.attrs.get("study_name", "study"),
-            "draws": [int(item.pop("draws")) for item in items],
+            "draws": draws,
             "remarks": [] if sobol else _remarks(study),
         },
     )
-    for name in items[0]:
-        result[name] = (
-            ("point", "input"),
-            np.array([item[name] for item in items]),
-            {"long_name": TEXTS[name], "units": "1"},
-        )
     if isinstance(study, Studied) and points.size > 1:
         result = result.assign_coords(at=("point", study.point_texts()))
     if points.size == 1:
