@@ -26,7 +26,15 @@ from autobalancer.errors import QuestionError, ResultError
 from autobalancer.machine_kinds import CHAMBERS, machine_kind
 from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.results.answers.kinds import as_kind
-from autobalancer.results.folder_store import has_note, locked, plain, read_note, refuse_other_question, write_note
+from autobalancer.results.folder_store import (
+    has_note,
+    locked,
+    plain,
+    read_note,
+    refuse_other_question,
+    write_arrays,
+    write_note,
+)
 from autobalancer.results.store import NETCDF, save_run
 from autobalancer.safe_file import endless_heap, write_safely, write_text_safely
 from autobalancer.units import shortened
@@ -353,8 +361,7 @@ class RunFolder:
                 write_safely(self.path / f"part-{number:05d}.nc", lambda file: self.write(chunk, file))
                 number += 1
             if checkpoint is not None:
-                held = {PARTS_KEY: np.array(number), **checkpoint}
-                write_safely(self.path / "checkpoint.npz", lambda file: _savez(file, held))
+                write_arrays(self.path / "checkpoint.npz", {PARTS_KEY: np.array(number), **checkpoint})
 
     def checkpoint(self) -> dict[str, NDArray[Any]] | None:
         """The last checkpoint, None if the run made none. Parts that came after it are dropped when the run goes on.
@@ -423,11 +430,6 @@ class RunFolder:
                 f"{reason}; the {len(self.parts())} parts written before are kept and can be read. "
                 "Make room, then start the run again: it continues from its last checkpoint"
             ) from None
-
-
-def _savez(path: Path, held: Mapping[str, NDArray[Any]]) -> None:
-    with path.open("wb") as file:
-        np.savez(file, **held)  # type: ignore[arg-type]
 
 
 # Samples of a long run in many files, read as one dataset: only what is asked for comes into memory.

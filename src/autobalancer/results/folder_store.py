@@ -15,7 +15,7 @@ import secrets
 import shutil
 import socket
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from functools import cache
@@ -248,12 +248,7 @@ class Store:
         name, known = f"{span[0]:09d}-{span[1]:09d}", {key: np.asarray(value) for key, value in arrays.items()}
 
         known = {key.replace("/", "|"): array for key, array in known.items()} | {CHECKSUM: checksum(name, known)}
-
-        def write(path: Path) -> None:
-            with path.open("wb") as file:  # a name would get the suffix that it lacks
-                np.savez(file, **known)  # type: ignore[arg-type]
-
-        write_safely(self.folder / PARTS / f"{name}.npz", write)
+        write_arrays(self.folder / PARTS / f"{name}.npz", known)
 
     def close(self) -> None:
         """Give the folder back to others."""
@@ -278,6 +273,16 @@ class Store:
                         path.unlink(missing_ok=True)
                     if self._new:
                         self.folder.rmdir()
+
+
+def write_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
+    """Write arrays to a file, which is replaced only when the new one is complete."""
+
+    def write(place: Path) -> None:
+        with place.open("wb") as file:  # a name would get the suffix that it lacks
+            np.savez(file, **arrays)
+
+    write_safely(path, write)
 
 
 def part_files(folder: Path) -> dict[Span, Path]:
@@ -395,12 +400,14 @@ class Shelf(Generic[E]):
         result = sorted((path.parent.name for path in self.home.glob(f"*/{NOTE}")), reverse=True)
         return [name for name in result if NAME.fullmatch(name)]
 
-    def entries(self) -> list[E]:
-        """All of them, the latest first; one that cannot be read is left out."""
+    def entries(self, unreadable: Callable[[str], E] | None = None) -> list[E]:
+        """All of them, the latest first; one that cannot be read is left out, or what ``unreadable`` makes of its name."""
         result = []
         for name in self.names():
-            with suppress(QuestionError):
+            try:
                 result.append(self.entry(name))
+            except QuestionError:
+                result += [unreadable(name)] if unreadable else []
         return result
 
     def note(self, entry: E) -> None:

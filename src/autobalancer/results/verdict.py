@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
@@ -403,9 +403,7 @@ def verdict(run: xr.Dataset, held: xr.Dataset | None = None) -> Verdict:
     )
     settling = settling_of(run)
     creeping = settling is not None and settling.moving and not course.uneven and word != NO_VERDICT
-    before, after = (
-        balance_grade(abs(size), mass, abs(speed)) if np.isfinite(size) else np.nan for size in (unbalance, residual)
-    )
+    before, after = (grade_of(size, mass, speed) for size in (unbalance, residual))
     return Verdict(
         word or verdict_word(ratio), because, speed, ratio, unbalance, residual, before, after, places, planes, supports, peak,
         other_peak, settling, notes, *_shares(run.isel(turn=turns)), parts_of(run), alone,
@@ -466,13 +464,13 @@ def _places(run: xr.Dataset, held: xr.Dataset | None) -> tuple[PlaceVerdict, ...
     without = _without(run, held, "vibration_without_balls", vibration, greatest.size)
     sag = run["rotor_sag"].values if "rotor_sag" in run else np.zeros(greatest.size)
     columns = (moved["static"].values, greatest, moved["velocity_rms"].values, without, sag)
-    return _named(PlaceVerdict, run["place"].values, *columns)
+    return named(PlaceVerdict, run["place"].values, *columns)
 
 
 def _supports(run: xr.Dataset, held: xr.Dataset | None) -> tuple[SupportVerdict, ...]:
     force = support_forces(run)
     without = _without(run, held, "force_without_balls", support_forces, run.sizes["support"])
-    return _named(SupportVerdict, run["support"].values, force["static"].values, force["greatest"].values, without)
+    return named(SupportVerdict, run["support"].values, force["static"].values, force["greatest"].values, without)
 
 
 def _without(run: xr.Dataset, held: xr.Dataset | None, name: str, measure: Any, count: int) -> Floats:
@@ -487,11 +485,17 @@ def _planes(run: xr.Dataset) -> tuple[PlaneVerdict, ...]:
     if "plane" not in run.coords:
         return ()
     unbalance = residual_unbalance(run)
-    return _named(PlaneVerdict, run["plane"].values, unbalance["unbalance"].values, unbalance["residual"].values)
+    return named(PlaneVerdict, run["plane"].values, unbalance["unbalance"].values, unbalance["residual"].values)
 
 
-def _named(kind: type[Any], names: NDArray[Any], *columns: Floats) -> tuple[Any, ...]:
+def named(kind: type[Any], names: Sequence[str] | NDArray[Any], *columns: Floats) -> tuple[Any, ...]:
+    """Of each name what a column has of it, as this kind of entry of a verdict."""
     return tuple(kind(str(name), *map(float, row)) for name, *row in zip(names, *columns, strict=True))
+
+
+def grade_of(unbalance: float, mass: float, speed: float) -> float:
+    """The grade G in mm/s of what is known of an unbalance; nan at rest."""
+    return balance_grade(abs(unbalance), mass, abs(speed)) if np.isfinite(unbalance) and speed != 0.0 else np.nan
 
 
 def _rotor(last: xr.Dataset, planes: tuple[PlaneVerdict, ...]) -> tuple[float, float]:

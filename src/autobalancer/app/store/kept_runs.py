@@ -68,15 +68,7 @@ class Archive(Shelf[Entry]):
 
     def found(self, text: str = "") -> list[Entry]:
         """The runs that a search finds, the latest first; one that cannot be read says so in place of its machine."""
-        found = []
-        for name in self.names():
-            try:
-                entry = self.entry(name)
-            except QuestionError:
-                entry = Entry(name, UNREADABLE, "", 0.0, "")
-            if entry.has(text):
-                found.append(entry)
-        return found
+        return [one for one in self.entries(lambda name: Entry(name, UNREADABLE, "", 0.0, "")) if one.has(text)]
 
     def file(self, name: str, kind: str) -> Path:
         """A file of a run: ``view.bin``, ``run.nc`` or ``machine.toml``.

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from importlib import import_module
-from itertools import product
+from itertools import chain, product
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -320,18 +321,9 @@ class RubberPoints:
 
 def joined(parts: list[RubberPoints]) -> RubberPoints:
     """All points in one."""
-
-    def array(name: str) -> Floats:
-        return np.concatenate([getattr(part, name) for part in parts])
-
-    return RubberPoints(
-        array("frequency"),
-        array("amplitude"),
-        array("stiffness"),
-        array("loss"),
-        array("stiffness_uncertainty"),
-        array("loss_uncertainty"),
-        tuple(one for part in parts for one in part.motion),
-        tuple(one for part in parts for one in part.kind),
-        tuple(name for part in parts for name in part.names),
-    )
+    columns = {field.name: [getattr(part, field.name) for part in parts] for field in fields(RubberPoints)}
+    whole: dict[str, Any] = {
+        name: np.concatenate(column) if isinstance(column[0], np.ndarray) else tuple(chain(*column))
+        for name, column in columns.items()
+    }
+    return RubberPoints(**whole)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,6 @@ import xarray as xr
 from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import of_kind, parse_machine
-from autobalancer.laws.capabilities import balance_grade
 from autobalancer.machine.chamber import ChamberMachine
 from autobalancer.machine_kinds import CHAMBERS
 from autobalancer.results.chamber_measures import (
@@ -37,7 +35,9 @@ from autobalancer.results.verdict import (
     Settling,
     SupportVerdict,
     Verdict,
+    grade_of,
     last_settled,
+    named,
     speed_changes,
     unsteady,
     verdict_word,
@@ -46,6 +46,7 @@ from autobalancer.simulation.chamber.bounds import body_without_balancing, chamb
 from autobalancer.units import optional_argument
 
 MIDDLE = "middle of the rotor"
+UNDER_WAY = "the speed still changes in the last twentieth of the run, which has no steady state; run longer"
 TWENTIETHS = 20
 
 
@@ -81,15 +82,21 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None, *, held: x
         raise QuestionError("verdict: the run does not say of which machine it is; give one of simulate")
     machine: ChamberMachine = of_kind(parse_machine(str(run.attrs["machine"])), CHAMBERS, "verdict")
     last = optional_argument("last", last, "s")
+    notes = (*map(str, np.atleast_1d(run.attrs.get("remarks", []))), tilting_note(run))
+    about: dict[str, Any] = {"notes": tuple(filter(None, notes)), "bodies": bodies_of(run)}
     try:
         steady = window(run, last)
     except QuestionError as reason:
         if last is not None:
             raise
-        return Verdict(NO_VERDICT, stopped(run) or str(reason), notes=_notes(run), bodies=bodies_of(run))
-    z, time = _across(run, "body_position"), run["time"].values
+        return Verdict(NO_VERDICT, stopped(run) or str(reason), **about)
+    z, time, unbalance = _across(run, "body_position"), run["time"].values, abs(described[0])
+    # what is said of the same machine without balls on the way
+    about["without_held"] = held is None and not stopped(run) and bool(run.sizes["ball"])
+    about["peak_without_balls"] = None if held is None else _peak(held, middle_deflection(held))
     if last is None and _speed_changes(run):
-        return replace(_under_way(run, z, abs(described[0])), **_beside(run, held))
+        last_speed, why = float(run["speed"].values[-1]), stopped(run) or UNDER_WAY
+        return Verdict(NO_VERDICT, why, last_speed, unbalance=unbalance, peak=_peak(run, z), **about)
     static, rate = calm_mean(z[steady, None]), np.gradient(z, time)[steady, None]
     found = place_measures(z[steady, None], rate, static)
     speed = float(run["speed"].values[steady].mean())
@@ -109,32 +116,19 @@ def chamber_verdict(run: xr.Dataset, last: float | str | None = None, *, held: x
         because=because or free,
         speed=speed,
         ratio=ratio,
-        unbalance=abs(described[0]),
+        unbalance=unbalance,
         residual=residual,
-        grade_before=_grade(abs(described[0]), mass, speed),
-        grade_after=_grade(residual, mass, speed),
-        places=(
-            PlaceVerdict(
-                MIDDLE, float(abs(static[0])), float(found.vibration[0]), float(found.velocity_rms[0]), without
-            ),
-        ),
+        grade_before=grade_of(unbalance, mass, speed),
+        grade_after=grade_of(residual, mass, speed),
+        places=named(PlaceVerdict, [MIDDLE], np.abs(static), found.vibration, found.velocity_rms, np.array([without])),
         supports=_bearings(run.isel(time=steady)),
         peak=_peak(run, z - static[0]),
         settling=_settling(run, last),
-        notes=_notes(run),
-        bodies=bodies_of(run),
         goes_round=not turning.all(),
         turning=(int(turning.sum()), turning.size),
         held_rotor=held_rotor(run, held_below(run)),
-        **_beside(run, held),
+        **about,
     )
-
-
-def _beside(run: xr.Dataset, held: xr.Dataset | None) -> dict[str, Any]:
-    """What the verdict says of the same machine without balls on the way."""
-    alone = held is None and not stopped(run) and bool(run.sizes["ball"])
-    peak = None if held is None else _peak(held, middle_deflection(held))
-    return {"peak_without_balls": peak, "without_held": alone}
 
 
 def middle_deflection(run: xr.Dataset) -> Complexes:
@@ -151,29 +145,10 @@ def _speed_changes(run: xr.Dataset) -> bool:
     return speed_changes(time, run["speed"].values, float(time[-1]))
 
 
-def _under_way(run: xr.Dataset, z: Complexes, unbalance: float) -> Verdict:
-    """Of a run whose speed still changes: how far it got from the rest position of the machine without balls."""
-    because = "the speed still changes in the last twentieth of the run, which has no steady state; run longer"
-    return Verdict(
-        NO_VERDICT,
-        stopped(run) or because,
-        float(run["speed"].values[-1]),
-        unbalance=unbalance,
-        peak=_peak(run, z),
-        notes=_notes(run),
-        bodies=bodies_of(run),
-    )
-
-
 def _peak(run: xr.Dataset, away: Complexes) -> Peak:
     distance = np.abs(away)
     place = int(np.argmax(distance))
     return Peak(MIDDLE, float(distance[place]), float(run["speed"].values[place]))
-
-
-def _notes(run: xr.Dataset) -> tuple[str, ...]:
-    given = map(str, np.atleast_1d(run.attrs.get("remarks", [])))
-    return tuple(note for note in (*given, tilting_note(run)) if note)
 
 
 def _turning(z: Complexes, angle: Floats) -> tuple[Complexes, float]:
@@ -287,15 +262,8 @@ def _bearings(steady: xr.Dataset) -> tuple[SupportVerdict, ...]:
     """Radial forces of the rotor on its bearings; what they would be without balls is not worked out."""
     force = -_across(steady, "bearing_force")
     mean = calm_mean(force)
-    greatest = np.abs(force - mean).max(axis=0)
-    return tuple(
-        SupportVerdict(f"bearing {int(number)}", float(abs(mean[i])), float(greatest[i]), np.nan)
-        for i, number in enumerate(steady["bearing"].values)
-    )
-
-
-def _grade(unbalance: float, mass: float, speed: float) -> float:
-    return balance_grade(unbalance, mass, abs(speed)) if speed != 0.0 and not np.isnan(unbalance) else np.nan
+    names = [f"bearing {int(number)}" for number in steady["bearing"].values]
+    return named(SupportVerdict, names, np.abs(mean), np.abs(force - mean).max(axis=0), np.full(len(names), np.nan))
 
 
 def _settling(run: xr.Dataset, last: float | None) -> Settling | None:
