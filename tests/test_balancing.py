@@ -546,6 +546,27 @@ def test_bad_runs_are_refused_with_their_names():
         Reading("1 kg", 0.0)
 
 
+def test_recordings_of_trial_runs_give_the_masses_that_the_computed_unbalances_ask_for(tmp_path):
+    found = balance(ab.catalog.example_path("recorded_job"))
+    needed = 1e-3 * np.array([0.5, 0.3125]) * np.exp(1j * np.radians([240.0, 20.0]))
+    away = found.correction.values * np.exp(1j * found.correction_angle.values) / needed
+    assert np.all(np.abs(abs(away) - 1.0) < 3.0 * found.correction_deviation.values / abs(needed))
+    assert np.all(np.abs(np.angle(away)) < 3.0 * found.correction_angle_deviation.values)
+    assert np.all(found.correction_deviation.values < 0.01 * abs(needed))
+    by_hand = BalanceRun("original", read([vector("7.2@238")]))
+    for given, words in (
+        ({"recording": "a.csv"}, "given besides a recording"),
+        ({"readings": ()}, "without a recording"),
+    ):
+        with pytest.raises(QuestionError, match=words):
+            BalanceRun(**{"readings": by_hand.readings} | given)
+    run_up = BalanceRun("run-up", (), recording=str(ab.catalog.example_path("run_up_signals")), start=9.0)
+    with pytest.raises(QuestionError, match=r"the speed goes from .* give start and end"):
+        balance([run_up, by_hand])
+    with pytest.raises(QuestionError, match="the window is as long as the signals"):
+        ab.measure.orders(ab.measure.load_signals(ab.catalog.example_path("as_found")), revolutions=28.9)
+
+
 def test_a_file_of_runs_says_the_same_and_names_the_run_that_is_wrong(tmp_path):
     text = """
 phase = "lag"

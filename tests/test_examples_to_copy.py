@@ -121,6 +121,10 @@ def test_every_sample_measurement_is_what_a_command_reads() -> None:
         "decay_signals",
         "two_plane_job",
         "later_run",
+        "recorded_job",
+        "as_found",
+        "trial_lower",
+        "trial_upper",
     }
     assert len(ab.measure.load_rubber(ab.catalog.example_path("rubber_loops"))) == 18
     assert ab.measure.load_receptance(ab.catalog.example_path("discoidal_hammer")).sizes["frequency"] > 50

@@ -14,14 +14,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.optimize import brentq
 
 from autobalancer.catalog.product_tables import blend, fluid
 from autobalancer.catalog.product_tables import rows as catalog_rows
-from autobalancer.laws.viscosity import COLD, HOT, double_log_from_vtc, viscosity_from_double_log, vtc
+from autobalancer.laws.viscosity import double_log_from_slope, viscosity_from_double_log
 from autobalancer.plots.style import BALLS, CRITICAL, INK, UNBALANCE, look, picture
 from reproductions import Found, compared_all
 
 HALF_DIGIT = 5e-4
+COLD, HOT = 311.15, 372.15  # K, 38 and 99 degC
 BLENDS = (
     "printed is 844, which shares of volume (850) do not give either; nor are 800 and 876 of the other two blends mixed"
 )
@@ -56,9 +58,26 @@ def reproduce(out: Path) -> list[dict[str, Any]]:
     return compared_all("Spannan 2021", "Table 6.1", rows)
 
 
+def vtc(p1: float, p2: float) -> float:
+    """Viscosity-temperature coefficient 1 - nu(99 degC) / nu(38 degC)."""
+    hot, cold = (viscosity_from_double_log(at, p1, p2) for at in (HOT, COLD))
+    return float(1.0 - hot / cold)
+
+
+def double_log_from_vtc(nu: float, coefficient: float) -> tuple[float, float]:
+    """P1 and P2 from the viscosity at 25 degC and the coefficient, Spannan (2021), section 6; the flatter of two lines."""
+
+    def line(p2: float) -> tuple[float, float]:
+        return double_log_from_slope(298.15, nu, p2), p2
+
+    slopes = np.linspace(0.0, -12.0, 1201)
+    steepest = max(slopes, key=lambda slope: vtc(*line(slope)))
+    return line(float(brentq(lambda slope: vtc(*line(slope)) - coefficient, steepest, 0.0, xtol=1e-13)))
+
+
 def from_coefficients(p1: float, p2: float) -> tuple[float, float]:
     """Viscosity at 25 degC [mm^2/s] and coefficient of temperature."""
-    return 1e6 * float(viscosity_from_double_log(298.15, p1, p2)), float(vtc(p1, p2))
+    return 1e6 * float(viscosity_from_double_log(298.15, p1, p2)), vtc(p1, p2)
 
 
 def draw(out: Path) -> None:

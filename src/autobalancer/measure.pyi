@@ -2,13 +2,13 @@
 
 from autobalancer.measurement.balancing.balance import balance as balance
 from autobalancer.measurement.balancing.four_run import four_run as four_run
+from autobalancer.measurement.balancing.four_run import trial_mass as trial_mass
 from autobalancer.measurement.balancing.run_down import unbalance_from_run_down as unbalance_from_run_down
 from autobalancer.measurement.balancing.runs import BalanceRun as BalanceRun
 from autobalancer.measurement.balancing.runs import Reading as Reading
 from autobalancer.measurement.balancing.runs import TrialMass as TrialMass
 from autobalancer.measurement.balancing.runs import load_balance_runs as load_balance_runs
 from autobalancer.measurement.balancing.runs import split_mass as split_mass
-from autobalancer.measurement.balancing.runs import trial_mass as trial_mass
 from autobalancer.measurement.equilibrium_angles import equilibrium_angle as equilibrium_angle
 from autobalancer.measurement.equilibrium_angles import evaluate_angles as evaluate_angles
 from autobalancer.measurement.equilibrium_angles import load_angle_series as load_angle_series

@@ -168,7 +168,7 @@ NAMES: dict[str, dict[str, str]] = {
         "balance": "measurement.balancing.balance",
         "four_run": "measurement.balancing.four_run",
         "split_mass": "measurement.balancing.runs",
-        "trial_mass": "measurement.balancing.runs",
+        "trial_mass": "measurement.balancing.four_run",
         "race_shape": "measurement.race_measurements",
         "rest_friction": "measurement.race_measurements",
         "drag_from_lag": "measurement.race_measurements",

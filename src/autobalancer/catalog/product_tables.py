@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
-from typing import Literal, NoReturn
+from typing import Any, Literal, NoReturn
 
 from autobalancer.errors import FRICTIONS, CatalogError, QuestionError, one_of
 from autobalancer.laws import viscosity as glycerol
@@ -132,22 +132,11 @@ class Frictions(Table[FrictionCoefficients]):
 @cache
 def friction() -> Frictions:
     """All coefficients of the catalog, from the smoothest pair to the roughest. They span more than three orders of magnitude."""
+    found: list[dict[str, Any]] = [*rows("friction.csv")]
+    numbers = ("rolling_resistance", "adherence")
     return Frictions(
-        FrictionCoefficients(
-            name=row["name"],
-            rolling_resistance=_number(row["rolling_resistance"]),
-            adherence=_number(row["adherence"]),
-            kind=row["kind"],
-            conditions=row["conditions"],
-            source=row["source"],
-            remark=row["remark"],
-        )
-        for row in rows("friction.csv")
+        FrictionCoefficients(**row | {name: float(row[name] or "nan") for name in numbers}) for row in found
     )
-
-
-def _number(text: str) -> float:
-    return float(text) if text else math.nan
 
 
 # How far off center a race may be: half of the run-out that a standard permits, for bearing rings and for turned
@@ -254,6 +243,16 @@ _ORDER: dict[str, Callable[[SuitableBearing], float]] = {
 }
 
 
+_LIMITS = {  # of which size, and in which sense
+    "min_outer": ("outer", -1.0),
+    "max_outer": ("outer", 1.0),
+    "min_bore": ("bore", -1.0),
+    "max_width": ("width", 1.0),
+    "min_orbit": ("orbit_radius", -1.0),
+    "max_orbit": ("orbit_radius", 1.0),
+}
+
+
 class Bearings(Table[Bearing]):
     """Bearings of the catalog, a tuple."""
 
@@ -322,41 +321,23 @@ def suitable_bearings(
     QuestionError
         If a value is not positive or the balls float.
     """
-    min_outer = optional_argument("min_outer", min_outer, "m")
-    max_outer = optional_argument("max_outer", max_outer, "m")
-    min_bore = optional_argument("min_bore", min_bore, "m")
-    max_width = optional_argument("max_width", max_width, "m")
-    min_orbit = optional_argument("min_orbit", min_orbit, "m")
-    max_orbit = optional_argument("max_orbit", max_orbit, "m")
     ball_density = argument("ball_density", ball_density, "kg/m^3")
     fluid_density = argument("fluid_density", fluid_density, "kg/m^3")
     unbalance = argument("unbalance", unbalance, "kg*m")
     one_of("sort", sort, *_ORDER)
-    limits = {
-        "unbalance": unbalance,
-        "min_outer": min_outer,
-        "max_outer": max_outer,
-        "min_bore": min_bore,
-        "max_width": max_width,
-        "min_orbit": min_orbit,
-        "max_orbit": max_orbit,
-    }
-    for name, value in limits.items():
-        if value is not None and not value > 0.0:
+    asked = dict(zip(_LIMITS, (min_outer, max_outer, min_bore, max_width, min_orbit, max_orbit), strict=True))
+    limits = {name: number for name in asked if (number := optional_argument(name, asked[name], "m")) is not None}
+    for name, value in {"unbalance": unbalance, **limits}.items():
+        if not value > 0.0:
             raise QuestionError(f"given {name} = {value!r}; write a number greater than zero, in SI units")
     suitable_bearings = []
     for entry in bearings():
-        if min_outer is not None and entry.outer < min_outer * (1.0 - 1e-9):
-            continue
-        if max_outer is not None and entry.outer > max_outer * (1.0 + 1e-9):
-            continue
-        if min_bore is not None and entry.bore < min_bore * (1.0 - 1e-9):
-            continue
-        if max_width is not None and entry.width > max_width * (1.0 + 1e-9):
-            continue
-        if min_orbit is not None and entry.orbit_radius < min_orbit * (1.0 - 1e-9):
-            continue
-        if max_orbit is not None and entry.orbit_radius > max_orbit * (1.0 + 1e-9):
+        beyond = (
+            sign * (getattr(entry, size) / limits[name] - 1.0)
+            for name, (size, sign) in _LIMITS.items()
+            if name in limits
+        )
+        if any(share > 1e-9 for share in beyond):
             continue
         race = (entry.orbit_radius, entry.ball_diameter, ball_density)
         greatest = capability(*race, fluid_density=fluid_density)
@@ -433,8 +414,22 @@ Offer = tuple[FluidEntry, Properties]
 @cache
 def offers() -> tuple[Offer, ...]:
     """Every fluid that has a fixed name."""
-    mixtures = tuple(glycerol_offer(float(percent), "wt") for percent in range(10, 101, 10))
-    return (*_silicone_oils(), *_experiment_fluids(), *_mineral_oils(), *mixtures, _water(), _air())
+    mixtures = (glycerol_offer(float(percent), "wt") for percent in range(10, 101, 10))
+    families = {
+        "silicone_oils.csv": _silicone_oil,
+        "experiment_fluids.csv": _experiment_fluid,
+        "iso_vg_oils.csv": _mineral_oil,
+    }
+    oils = (offer(row) for table, offer in families.items() for row in rows(table))
+    water = FluidEntry("water", "water", *glycerol.WATER_RANGE, "density Kell (1975), viscosity Pátek et al. (2009)")
+    source = "U.S. Standard Atmosphere (1976): ideal gas, Sutherland's law"
+    air = FluidEntry("air", "air", *glycerol.AIR_RANGE, source, "dry, at 101325 Pa")
+    return (
+        *oils,
+        *mixtures,
+        _pure(water, glycerol.water_density, glycerol.water_dynamic_viscosity),
+        _pure(air, glycerol.air_density, glycerol.air_dynamic_viscosity),
+    )
 
 
 def glycerol_offer(percent: float, kind: str) -> Offer:
@@ -456,10 +451,6 @@ def glycerol_offer(percent: float, kind: str) -> Offer:
         return density, float(glycerol.glycerol_dynamic_viscosity(w, temperature)) / density, remark
 
     return entry, properties
-
-
-def _silicone_oils() -> tuple[Offer, ...]:
-    return tuple(_silicone_oil(row) for row in rows("silicone_oils.csv"))
 
 
 def _silicone_oil(row: dict[str, str]) -> Offer:
@@ -484,10 +475,6 @@ def _silicone_oil(row: dict[str, str]) -> Offer:
     return entry, properties
 
 
-def _experiment_fluids() -> tuple[Offer, ...]:
-    return tuple(_experiment_fluid(row) for row in rows("experiment_fluids.csv"))
-
-
 def _experiment_fluid(row: dict[str, str]) -> Offer:
     name = row["fluid"].removesuffix(" cSt")
     origin = {"nominal": "experiment", "from eq 6.7": "blend", "measured": "measured"}[row["nu_status"]]
@@ -500,11 +487,8 @@ def _experiment_fluid(row: dict[str, str]) -> Offer:
     return entry, lambda temperature: (density, viscosity, "")
 
 
-def _mineral_oils() -> tuple[Offer, ...]:
-    return tuple(_mineral_oil(int(row["grade"]), float(row["density_15C_kg_m3"])) for row in rows("iso_vg_oils.csv"))
-
-
-def _mineral_oil(grade: int, at_15_degc: float) -> Offer:
+def _mineral_oil(row: dict[str, str]) -> Offer:
+    grade, at_15_degc = int(row["grade"]), float(row["density_15C_kg_m3"])
     entry = FluidEntry(
         f"ISO VG {grade}",
         "mineral oil",
@@ -521,23 +505,10 @@ def _mineral_oil(grade: int, at_15_degc: float) -> Offer:
     return entry, properties
 
 
-def _water() -> Offer:
-    entry = FluidEntry("water", "water", *glycerol.WATER_RANGE, "density Kell (1975), viscosity Pátek et al. (2009)")
-
+def _pure(entry: FluidEntry, density: Callable[[float], Any], dynamic_viscosity: Callable[[float], Any]) -> Offer:
     def properties(temperature: float) -> tuple[float, float, str]:
-        density = float(glycerol.water_density(temperature))
-        return density, float(glycerol.water_dynamic_viscosity(temperature)) / density, ""
-
-    return entry, properties
-
-
-def _air() -> Offer:
-    source = "U.S. Standard Atmosphere (1976): ideal gas, Sutherland's law"
-    entry = FluidEntry("air", "air", *glycerol.AIR_RANGE, source, "dry, at 101325 Pa")
-
-    def properties(temperature: float) -> tuple[float, float, str]:
-        density = float(glycerol.air_density(temperature))
-        return density, float(glycerol.air_dynamic_viscosity(temperature)) / density, ""
+        at = float(density(temperature))
+        return at, float(dynamic_viscosity(temperature)) / at, ""
 
     return entry, properties
 

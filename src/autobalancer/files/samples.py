@@ -16,7 +16,6 @@ from autobalancer.safe_file import write_text_safely
 _DATA = Path(str(files("autobalancer"))) / "catalog" / "data"
 KINDS = ("machines", "rigs", "measurements", "studies", "designs")
 RECIPES = ("recipes",)
-NAMING = ("studies", "designs")  # kinds whose files name a machine
 
 
 def sample_names(kind: str) -> tuple[str, ...]:
@@ -25,7 +24,7 @@ def sample_names(kind: str) -> tuple[str, ...]:
 
 
 def sample_files(name: str, kinds: tuple[str, ...] = KINDS) -> tuple[Path, ...]:
-    """The files of a sample; a table that belongs to a file comes behind it, and so does what a study, design or recipe names.
+    """The files of a sample; a table that belongs to a file comes behind it, and so do the samples that it names.
 
     Raises
     ------
@@ -40,9 +39,10 @@ def sample_files(name: str, kinds: tuple[str, ...] = KINDS) -> tuple[Path, ...]:
     if kinds == RECIPES:
         return (*found, *(path for sample in recipe(name).samples for path in sample_files(sample)))
     found.sort(key=lambda path: (path.suffix != ".toml", path.suffix))
-    requested = [tomllib.loads(path.read_text(encoding="utf-8")) for path in found if path.parent.name in NAMING]
-    named = {one["machine"] for one in requested} | {one["rotor"]["receptance"] for one in requested if "rotor" in one}
-    return (*found, *(path for kind in KINDS[:3] for path in _files(kind) if path.name in named))
+    described = (path.read_text(encoding="utf-8") for path in found if path.suffix == ".toml")
+    named = {name for text in described for name in re.findall(r'"(\w+\.(?:csv|toml))"', text)}
+    others = (path for kind in KINDS[:3] for path in _files(kind) if path.name in named)
+    return tuple(dict.fromkeys((*found, *others)))
 
 
 def example_path(name: str) -> Path:

@@ -23,9 +23,6 @@ SHIFT = 0.8e-6
 """Shift of Spannan (2021), eq. (6.1) [m^2/s]."""
 SHIFT_D341 = 0.7e-6
 """Shift of ASTM D341 for oils above 2 mm^2/s [m^2/s]."""
-COLD, HOT = 311.15, 372.15
-"""Temperatures of the viscosity-temperature coefficient [K]: 38 and 99 degC. Spannan (2021) prints 311 and
-372 K, but the printed P1 and P2 follow only from the untruncated values."""
 
 
 def viscosity_from_double_log(
@@ -58,34 +55,6 @@ def double_log_through(
 def double_log_from_slope(temperature: float, viscosity: float, p2: float, *, shift: float = SHIFT) -> float:
     """P1 of the line of slope ``p2`` through one point, ``viscosity`` [m^2/s] at ``temperature`` [K]."""
     return _double_log(viscosity, shift) - p2 * math.log10(temperature)
-
-
-def vtc(p1: npt.ArrayLike, p2: npt.ArrayLike) -> Any:
-    """Viscosity-temperature coefficient 1 - nu(99 degC) / nu(38 degC), dimensionless; smaller is steadier."""
-    return 1.0 - viscosity_from_double_log(HOT, p1, p2) / viscosity_from_double_log(COLD, p1, p2)
-
-
-def double_log_from_vtc(viscosity: float, coefficient: float, *, temperature: float = 298.15) -> tuple[float, float]:
-    """P1 and P2 from one viscosity [m^2/s] at ``temperature`` [K] and the viscosity-temperature coefficient.
-
-    Of the two solutions it takes the flatter one, the other belongs to no liquid. Raises ``QuestionError`` if
-    no line has this coefficient, naming the largest one. Source: Spannan (2021), section 6.
-    """
-    z = _double_log(viscosity, SHIFT)
-
-    def p1_of(p2: Any) -> Any:
-        return z - p2 * math.log10(temperature)
-
-    slopes = np.linspace(0.0, -12.0, 1201)
-    values = vtc(p1_of(slopes), slopes)
-    top = int(np.argmax(values))
-    if not 0.0 <= coefficient <= values[top]:
-        raise QuestionError(
-            f"given a viscosity-temperature coefficient of {coefficient!r}; a liquid of {viscosity:g} m^2/s "
-            f"at {temperature:g} K can have 0 to {values[top]:.3f} in this law"
-        )
-    p2 = root(lambda slope: float(vtc(p1_of(slope), slope)) - coefficient, slopes[top], 0.0, xtol=1e-13)
-    return float(p1_of(p2)), p2
 
 
 def blend_viscosity(

@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 
 from autobalancer.arrays import Floats
+from autobalancer.errors import QuestionError
 
 NEAR = (3.0, 10.0, 30.0)  # frames in time from which on others count much less
 LEAST, SHOWN = (
@@ -57,7 +58,16 @@ def densities(
     Returns
     -------
     Frequencies in Hz (F,), and densities (channel, T, F).
+
+    Raises
+    ------
+    QuestionError
+        If the signal is shorter than a frame.
     """
+    if size < length:
+        raise QuestionError(
+            "the window is as long as the signals, so that nothing says how noisy they are; give fewer revolutions"
+        )
     # frames that overlap by half, a straight line taken from each, Hann's window
     last = max(0, size - length)
     starts = np.unique(np.linspace(0, last, min(MOST, 1 + -(-2 * last // length))).astype(int))

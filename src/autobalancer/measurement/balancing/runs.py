@@ -17,14 +17,15 @@ from pydantic import BeforeValidator, Field, PlainValidator
 
 from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import Problem, QuestionError, UnitError, all_of, one_of
+from autobalancer.files.samples import beside
 from autobalancer.files.text_files import built_of, read_toml
-from autobalancer.laws.capabilities import grade_argument, permissible_unbalance
-from autobalancer.machine import Machine
 from autobalancer.machine.keys import document
-from autobalancer.machine.part import Angle, Label, Name, Quantity, Question, Ratio, Speed, key
-from autobalancer.rotordynamics.response import response
+from autobalancer.machine.part import Angle, Label, Name, Quantity, Question, Ratio, Speed, Time, key
+from autobalancer.measurement.load_signals import load_signals
+from autobalancer.measurement.noise_density import independent
+from autobalancer.measurement.tracking import orders
 from autobalancer.tables import rpm_and_si
-from autobalancer.units import argument, list_argument, optional_argument
+from autobalancer.units import argument, list_argument
 from autobalancer.units.quantity import NUMBER
 
 AMPLITUDES = ("m", "m/s", "m/s^2", "N", "V")
@@ -120,12 +121,20 @@ class Reading(Question):
 
 
 class BalanceRun(Question):
-    """One run: all masses on the rotor besides its own unbalance, and the readings."""
+    """One run: all masses on the rotor besides its own unbalance, and the readings, or the recording of a logger."""
 
     name: Called = key("used in messages; that of its place unless given", "")
-    readings: tuple[Reading, ...] = key("of the sensors")
+    readings: tuple[Reading, ...] = key("of the sensors", ())
     masses: tuple[TrialMass, ...] = key("on the rotor", ())
     trim: bool = key("whether the run only checks the correction", False)
+    recording: str = key("file of a logger with a tacho, in place of readings: first order of each vibration", "")
+    start: Time | None = key("of the part of the recording at constant speed", None)
+    end: Time | None = key("of this part", None)
+
+    def contradictions(self) -> Iterator[Problem]:
+        """Readings besides a recording, or neither."""
+        if bool(self.readings) == bool(self.recording):
+            yield ("readings",), f"given {'besides' if self.readings else 'without'} a recording; must be one of both"
 
 
 class InfluenceCoefficient(Reading):
@@ -212,11 +221,41 @@ def load_balance_runs(path: str | Path) -> tuple[BalanceRun, ...]:
 def balance_runs(runs: Sequence[BalanceRun] | str | Path) -> tuple[tuple[BalanceRun, ...], dict[str, Any]]:
     """Runs, and what else a file says of all of them."""
     if not isinstance(runs, (str, Path)):
-        return tuple(runs), {}
+        return tuple(_recorded(run, Path()) for run in runs), {}
     path = Path(runs)
     job = built_of(lambda data: BalanceJob(**data), read_toml(path), str(path))
     named = (run if run.name else run.model_copy(update={"name": str(n)}) for n, run in enumerate(job.runs, 1))
-    return tuple(named), {key: getattr(job, key) for key in OF_ALL if key in job.model_fields_set}
+    read = tuple(_recorded(run, path.parent) for run in named)
+    return read, {key: getattr(job, key) for key in OF_ALL if key in job.model_fields_set}
+
+
+def _recorded(run: BalanceRun, folder: Path) -> BalanceRun:
+    """The run with readings of its recording: the mean first order of each vibration, of all windows at a constant speed."""
+    if not run.recording:
+        return run
+    file = beside(folder, run.recording)
+    found = orders(load_signals(file, start=run.start, end=run.end), progress=False).isel(order=0)
+    first, last = (float(half.mean()) for half in np.array_split(found["speed"].values, 2))
+    if not _same(first, last):
+        raise QuestionError(
+            f"{file}: the speed goes from {rpm_and_si(first)} to {rpm_and_si(last)}; give start and end of a part in "
+            "which it is constant"
+        )
+    vectors = (found["amplitude"] * np.exp(1j * found["phase"])).mean("time").values
+    count = math.sqrt(independent(found).sizes["time"])  # windows overlap
+    sure = (found[["amplitude_deviation", "phase_deviation"]] ** 2).mean("time") ** 0.5 / count
+    readings = tuple(
+        Reading(
+            amplitude=Sized(abs(vectors[k]), unit),
+            phase=float(np.angle(vectors[k])),
+            sensor=str(found["channel"].values[k]),
+            speed=0.5 * (first + last),
+            amplitude_deviation=Sized(float(sure["amplitude_deviation"][k]), unit),
+            phase_deviation=float(sure["phase_deviation"][k]),
+        )
+        for k, unit in enumerate(found["units"].values.tolist())
+    )
+    return run.model_copy(update={"readings": readings})
 
 
 # Runs as arrays: complex readings, complex masses, and how sure the readings are.
@@ -555,8 +594,10 @@ def split_mass(
         if not sizes.size or not most >= 1:
             raise QuestionError("split_mass: give at least one of 'masses', and 'most' from 1 on")
         result = _of_stock(wanted, places, sizes, min(int(most), places.size))
-    used = np.flatnonzero(result > 1e-9 * max(wanted_size, 1e-300))
+    rounding = 1e-9 * max(wanted_size, 1e-300)
+    used = np.flatnonzero(result > rounding)
     left = wanted - complex((result * np.exp(1j * places)).sum())
+    left *= abs(left) > rounding
     return Split(
         tuple(places[used].tolist()),
         tuple(result[used].tolist()),
@@ -629,152 +670,3 @@ def _of_stock(wanted: complex, places: Floats, sizes: Floats, most: int) -> Floa
             answer = np.zeros(places.size)
             answer[part[lightest[0]]] = grids[lightest[1]]
     return answer
-
-
-# The trial mass for a balancing job: how large, where, and whether it will be seen.
-
-
-GRAVITY = 9.80665
-SHARE = 0.1  # of the weight that a trial mass may pull with, rule of practice
-GRADE_TIMES = 5.0  # permissible unbalances that a trial mass makes
-SEEN = 0.3  # share of the reading by which it should change it
-Running = Literal["below", "above"]
-QUANTITIES = {"m": "displacement", "m/s": "velocity", "m/s^2": "acceleration"}
-
-
-@dataclass(frozen=True)
-class TrialPlan:
-    """A trial mass (kg) at ``radius`` (m), its unbalance (kg m), force (N), and angle (rad, nan where nothing says where).
-
-    ``change`` is the share by which it changes the reading, nan where no model says so; ``remarks`` say what to be careful about.
-    """
-
-    mass: float
-    unbalance: float
-    radius: float
-    angle: float
-    force: float
-    change: float
-    rule: str
-    remarks: tuple[str, ...]
-
-
-def trial_mass(
-    *,
-    radius: float | str,
-    speed: float | str,
-    rotor_mass: float | str | None = None,
-    grade: float | str | None = None,
-    machine: Machine | str | Path | None = None,
-    station: str | float | None = None,
-    plane: str | float | None = None,
-    direction: Literal["x", "y"] = "x",
-    reading: float | str | None = None,
-    phase: float | str | None = None,
-    running: Running | None = None,
-) -> TrialPlan:
-    """Plan a trial mass.
-
-    Its size comes from the model if there is one (it changes the ``reading`` by 30 %), else from the ``grade`` (five times what
-    the grade allows), else it pulls with a tenth of the weight of the rotor. Its place takes unbalance away rather than adding
-    to it.
-
-    Parameters
-    ----------
-    radius
-        At which it will be, m.
-    speed
-        At which it will run, rad/s.
-    rotor_mass
-        kg; not needed with a machine of one mass.
-    grade
-        Balance quality grade in mm/s, such as 6.3 or ``"G 6.3"``.
-    machine, station, plane, direction
-        Model, where it is read and where the mass will be (by default the plane of the first balancer), and along what.
-    reading, phase
-        Of the run without trial mass, amplitude (peak) with unit, and lead against the mark, rad.
-    running
-        Without a model: ``"below"`` the critical speed, where the rotor moves towards its heavy side, or ``"above"``, where it
-        moves away from it.
-
-    Raises
-    ------
-    QuestionError
-        If neither of the three ways is possible.
-
-    Source: ISO 21940-11:2016 for grades; the tenth of the weight is a rule of practice.
-    """
-    arm, w = argument("radius", radius, "m"), argument("speed", speed, "rad/s")
-    heavy = optional_argument("rotor_mass", rotor_mass, "kg")
-    lead = optional_argument("phase", phase, "rad")
-    for name, value in (("radius", arm), ("speed", w)):
-        if not value > 0.0:
-            raise QuestionError(f"trial_mass: {name}: given {value:g}; must be above zero")
-    amplitude, unit = (
-        (None, "m") if reading is None else quantity_of_units("reading", reading, AMPLITUDES, amplitude=True)
-    )
-    remarks: list[str] = []
-    gain = None if machine is None else _gain(machine, w, station, plane, direction, unit)
-    # the better something is known, the earlier it counts: the model, the grade, the weight
-    if gain is not None and amplitude is not None:
-        unbalance, rule = SEEN * amplitude / abs(gain), "30 % of the reading, by the model"
-    elif heavy is not None and grade is not None:
-        unbalance, rule = (
-            GRADE_TIMES * permissible_unbalance(grade, heavy, w),
-            f"five times what G {grade_argument(grade):g} allows",
-        )
-    elif heavy is not None:
-        unbalance, rule = SHARE * heavy * GRAVITY / w**2, "a tenth of the weight"
-    else:
-        raise QuestionError("trial_mass: give a machine and a reading, or the 'rotor_mass', with or without a 'grade'")
-    force = unbalance * w**2
-    if heavy is not None and force > SHARE * heavy * GRAVITY * (1.0 + 1e-9):
-        remarks.append(
-            f"it pulls with {force / (heavy * GRAVITY):.2g} of the weight of the rotor, more than a tenth; start at a lower speed"
-        )
-    # what the reading will do, so that a trial that changes nothing is seen beforehand
-    change = float("nan") if gain is None or amplitude is None else abs(gain) * unbalance / amplitude
-    return TrialPlan(
-        unbalance / arm, unbalance, arm, _place(lead, gain, running, remarks), force, change, rule, tuple(remarks)
-    )
-
-
-def _place(lead: float | None, gain: complex | None, running: Running | None, remarks: list[str]) -> float:
-    """Opposite to where the unbalance is, as far as anything says."""
-    if lead is None:
-        remarks.append(
-            "without a phase nothing says where; start anywhere, and move it by 120 deg if the vibration grows much"
-        )
-        return float("nan")
-    if gain is not None:
-        heavy_side = lead - float(np.angle(gain))
-    elif running is None:
-        remarks.append(
-            "say whether the rotor runs below or above its critical speed, or give a model, to know where it goes"
-        )
-        return float("nan")
-    else:
-        heavy_side = lead - (0.0 if running == "below" else np.pi)
-    return float(np.mod(heavy_side + np.pi, 2.0 * np.pi))
-
-
-def _gain(
-    machine: Machine | str | Path,
-    speed: float,
-    station: str | float | None,
-    plane: str | float | None,
-    direction: str,
-    unit: str,
-) -> complex:
-    """Complex amplitude at the station for a unit unbalance in the plane, lead and sense of rotation."""
-    from autobalancer.machine import Unbalance
-
-    if unit not in QUANTITIES:
-        raise QuestionError(
-            f"trial_mass: reading: with a model a displacement, velocity or acceleration is needed, not {unit}"
-        )
-    load: Any = 1.0 if plane is None else (Unbalance(moment=1.0, station=plane),)
-    quantity: Any = QUANTITIES[unit]
-    result = response(machine, [speed], None if station is None else [station], load, quantity=quantity)
-    one = result.isel(speed=0, station=0)
-    return complex(float(one[f"{direction}_real"]), float(one[f"{direction}_imag"]))
