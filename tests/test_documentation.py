@@ -7,6 +7,7 @@ import re
 import sys
 import tomllib
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any, get_args
 
@@ -18,13 +19,14 @@ import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
 from autobalancer.assembly.rotors import lateral_model
 from autobalancer.assembly.system import assemble
-from autobalancer.assembly.terms import METHODS, bibliography, named_in, sources
+from autobalancer.assembly.terms import bibliography, methods, named_in, printed, sources
 from autobalancer.assembly.terms import plain_letters as _plain
 from autobalancer.files.examples import example, example_text
 from autobalancer.files.machine_file import load_machine, load_race_machine, machine_text, parse_machine
 from autobalancer.machine import Machine
 from autobalancer.machine import plugins as leaves
 from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.public_names import NAMES
 from autobalancer.simulation import Method
 from autobalancer.simulation.chamber.chamber_summary import chamber_summary
 
@@ -221,8 +223,8 @@ def test_a_machine_rests_on_the_sources_of_its_laws_its_fluid_and_its_method() -
     rig = {"spannan2021", "jan1997", "mark1999", "autobalancer"}
     assert set(sources(example("discoidal"))) == rig
     run = sources(example("discoidal"), {"method": "tsitouras"})
-    assert set(run) == rig | {"tsitouras2011", "lam2015"}
-    assert run["tsitouras2011"] == ("method tsitouras",)
+    assert set(run) == rig | {"tsitouras2011", "lam2015", "gustafsson1991", "hairer1996"}
+    assert run["tsitouras2011"] == ("Runge–Kutta pair of order 5(4)",)
     free = with_value_at(example("discoidal"), "balancers[1].races[1].drag", {"law": "free_sphere"})
     assert sources(free)["cheng2009"] == ("drag free sphere",)
     assert "cheng2009" not in rig
@@ -232,8 +234,40 @@ def test_a_machine_rests_on_the_sources_of_its_laws_its_fluid_and_its_method() -
 
 
 def test_every_method_and_every_law_that_names_a_source_has_it_in_the_bibliography() -> None:
-    assert set(METHODS) >= {*get_args(Method)} - {"auto", "verlet"}
-    assert all(named_in(text) for text in METHODS.values())
+    results = {name for of, _ in methods().values() for name in of}
+    assert results >= {*get_args(Method)} - {"auto", "verlet"}
     assert named_in("Prince and Dormand (1981), Hairer et al. (1993)") == ("prince1981", "hairer1993")
     assert named_in("ISO 2768-2, class H") == ("iso2768-2",)
     assert named_in("Nobody (1999)") == ()
+
+
+def test_one_table_says_which_result_rests_on_which_source() -> None:
+    public = {f"{space}.{name}".lstrip("."): home for space, names in NAMES.items() for name, home in names.items()}
+    of_runs = {*get_args(Method), "runge_kutta", "verlet", "plot.style"}
+    assert {name for results, _ in methods().values() for name in results} <= {*public, *of_runs}
+    assert {key for _, keys in methods().values() for key in keys} <= set(bibliography())
+    # what the docstring of a public function names is in the table, except the machine that an example is about
+    lacking = {}
+    for name, home in public.items():
+        text = str(getattr(import_module(f"autobalancer.{home}"), name.split(".")[-1]).__doc__)
+        named = set(named_in(text)) - {key for results, keys in methods().values() if name in results for key in keys}
+        lacking |= {name: sorted(named)} if named else {}
+    assert lacking == {}
+    assert printed("iso492").endswith(
+        "(2014), ISO 492: Rolling bearings. Radial bearings. Geometrical product specifications (GPS) "
+        "and tolerance values"
+    )
+    assert printed("prince1981") == "Prince and Dormand (1981), High order embedded Runge–Kutta formulae"
+
+
+@pytest.mark.parametrize(
+    ("made", "key", "use"),
+    [
+        ("stability.border_curve", "ryzhik2001", "release and capture speed, torque balance of stalled balls"),
+        ("measure.orders", "vold1993", "orders by the Vold–Kalman filter"),
+        ("sensitivity", "saltelli2010", "Sobol' indices"),
+    ],
+)
+def test_a_function_rests_on_the_sources_of_its_methods(made: str, key: str, use: str) -> None:
+    assert use in sources(None, {}, {made})[key]
+    assert key not in sources(None, {}, {"simulate"})

@@ -133,7 +133,7 @@ def test_a_speed_below_a_border_is_said_to_be_below_it_and_an_eccentricity_has_i
         assert decisive.enough == ("yes" if share > 1.0 else "NO")
     for name, source in (("discoidal", "ISO 2768-2"), ("design", "ISO 492"), ("eccentric_race", "this machine file")):
         machine = ab.example(name)
-        (sources, *_) = sources_page(machine, ab.check(machine), None).blocks
+        (sources, *_) = sources_page(machine, xr.Dataset(), ab.check(machine), None).blocks
         (said,) = (text for what, text in sources.rows if what == "eccentricity of a race")
         assert source in said
         assert [one for one in ("ISO 2768-2", "ISO 492", "this machine file") if one in said] == [source]

@@ -9,6 +9,7 @@ from sphinx.util import logging
 
 import autobalancer as ab
 from autobalancer.assembly.quantities import with_value_at
+from autobalancer.assembly.terms import methods
 from autobalancer.kernels.integrators import runge_kutta as endings
 from autobalancer.machine import Machine
 from autobalancer.results.labels import LABELS
@@ -85,7 +86,17 @@ def pages() -> dict[str, str]:
         "result_attributes.md": result_attributes(),
         "result_measures.md": result_measures(),
         "chamber_measures.md": chamber_measures(),
+        "result_sources.md": result_sources(),
     }
+
+
+def result_sources() -> str:
+    """Which methods each result uses, and their sources."""
+    text = "| method | results | sources |\n|---|---|---|\n"
+    for method, (results, keys) in methods().items():
+        names = ", ".join(f"`{name}`" for name in results)
+        text += f"| {method} | {names} | {{cite:t}}`{','.join(keys)}` |\n"
+    return text
 
 
 def result_variables() -> str:

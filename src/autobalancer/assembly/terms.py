@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import sys
 import unicodedata
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cache
@@ -399,13 +399,11 @@ CITED = re.compile(
     rf"(?P<names>{PERSON}(?:(?:, {PERSON})* and {PERSON}| et al\.)?),? \(?(?P<year>(?:18|19|20)\d\d)\b"
     r"|ISO (?P<number>\d+(?:-\d+)?)"
 )
-METHODS = {  # of integration, as the attribute of a run names them
-    "dormand_prince_8": "Prince and Dormand (1981), Hairer et al. (1993)",
-    "tsitouras": "Tsitouras (2011)",
-    "exponential_collocation": "Hochbruck and Ostermann (2010)",
-    "runge_kutta": "Pakuła (2021)",
-}
 SOFTWARE = "autobalancer"  # key of the program itself
+ACCENTS = dict(
+    zip("\"'`^~=.vuHc", "\u0308\u0301\u0300\u0302\u0303\u0304\u0307\u030c\u0306\u030b\u0327", strict=True)
+)  # of BibTeX
+WRITTEN = {r"{\ss}": "ß", r"\l}": "ł", r"\o}": "ø", r"\&": "&", r"$^\circ$": "°", "{": "", "}": ""}
 
 
 @cache
@@ -413,6 +411,22 @@ def bibliography() -> dict[str, str]:
     """Every source by its key, as BibTeX."""
     entries = re.split(r"^(?=@)", BIBLIOGRAPHY.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]
     return {entry[entry.index("{") + 1 : entry.index(",")]: entry.strip() for entry in entries}
+
+
+@cache
+def methods() -> dict[str, tuple[tuple[str, ...], tuple[str, ...]]]:
+    """Methods of the package: the public functions, and the ways of integration, that use each, and the keys of its sources."""
+    rows = product_tables.rows("result_sources.csv")
+    return {row["method"]: (tuple(row["results"].split()), tuple(row["sources"].split())) for row in rows}
+
+
+def printed(key: str) -> str:
+    """A source as a line of text: authors, year, title."""
+    field: dict[str, str] = dict(re.findall(r"^\s*(\w+)\s*= (.*?),?$", letters(bibliography()[key]), re.MULTILINE))
+    people = [name.split(",")[0] for name in field.get("author", field.get("editor", "")).split(" and ")]
+    many = len(people) > 3 or "others" in people
+    names = f"{people[0]} et al." if many else re.sub(r", ([^,]*)$", r" and \1", ", ".join(people))
+    return f"{names} ({field.get('year', 'no year')}), {field['title'].replace('--', '–')}"
 
 
 def named_in(text: str) -> tuple[str, ...]:
@@ -430,18 +444,19 @@ def named_in(text: str) -> tuple[str, ...]:
 
 
 def sources(
-    machine: Machine | ChamberMachine | None, about: Mapping[str, Any] | None = None
+    machine: Machine | ChamberMachine | None, about: Mapping[str, Any] | None = None, results: Iterable[str] = ()
 ) -> dict[str, tuple[str, ...]]:
-    """What a machine, and a run with attributes ``about``, rest on: keys of sources, and for what each is named there.
+    """What a machine, an answer with attributes ``about`` and ``results`` of public functions rest on: keys of sources, and uses.
 
     The program itself comes first. A source of a product that is not in the bibliography stands with its words in place of a key.
     """
     about, found = about or {}, {SOFTWARE: [""]}
     texts = list(_texts(machine)) if machine is not None else []
     texts += [("drag", str(about[name])) for name in ("drag_source",) if name in about]
-    if about.get("method"):
-        texts += [(f"method {about['method']}", METHODS.get(str(about["method"]), ""))]
-        texts += [("compiled equations", "Lam, Pitrou and Seibert (2015)")]
+    wanted = {*results, about.get("method")}
+    for method, (of, keys) in methods().items():
+        for key in keys if wanted & {*of} else ():
+            found.setdefault(key, []).append(method)
     for what, text in texts:
         product = what.startswith(("fluid ", "material "))  # its source is said, in the bibliography or not
         for key in named_in(text) or ((text,) if product else ()):
@@ -468,8 +483,15 @@ def _texts(machine: Machine | ChamberMachine) -> Iterator[tuple[str, str]]:
             yield f"bearing {part.bearing}", str(product_tables.bearings.__doc__)
 
 
+def letters(text: str) -> str:
+    """Letters that BibTeX spells with commands and braces."""
+    text = re.sub(r"\\([\"'`^~=.]|[vuHc](?=\{))\{?\\?([A-Za-z])", lambda found: found[2] + ACCENTS[found[1]], text)
+    for written, letter in WRITTEN.items():
+        text = text.replace(written, letter)
+    return unicodedata.normalize("NFC", text)
+
+
 def plain_letters(text: str) -> str:
-    """Letters without the accents of BibTeX and of Unicode."""
-    text = re.sub(r"\\[\"'`^~=.]\{?\\?([A-Za-z])|\\[vuHc]\{([A-Za-z])|\\(l)\b", r"\1\2\3", text.replace("{\\ss}", "ss"))
-    text = unicodedata.normalize("NFKD", text.replace("ł", "l").replace("ß", "ss"))
-    return "".join(letter for letter in text if letter not in "{}" and not unicodedata.combining(letter))
+    """Letters without their accents."""
+    text = unicodedata.normalize("NFKD", letters(text).replace("ł", "l").replace("ß", "ss"))
+    return "".join(letter for letter in text if not unicodedata.combining(letter))

@@ -12,14 +12,6 @@ import typer
 
 from autobalancer.cli.terminal.command import Reply, check_suffix, command, print_json
 
-SINGULAR = {
-    "machines": "machine",
-    "rigs": "rig",
-    "measurements": "measurement",
-    "studies": "study",
-    "designs": "design",
-}
-
 
 @command(out=None, csv=False, topic="First 1")
 def example(
@@ -109,7 +101,7 @@ def _list() -> Reply:
 
     found = {kind: {name: _about(name) for name in sample_names(kind)} for kind in KINDS}
     plain = [
-        {"name": name, "kind": SINGULAR[kind], "title": title, "description": text}
+        {"name": name, "kind": {"studies": "study"}.get(kind, kind[:-1]), "title": title, "description": text}
         for kind, listed in found.items()
         for name, (title, text) in listed.items()
     ]
@@ -119,14 +111,11 @@ def _list() -> Reply:
             typer.secho(kind, bold=True, underline=True)
             for name, (title, text) in listed.items():
                 typer.secho(name, bold=True)
-                print_sentences(_first_sentence(text) or title, indent="  ", first="  ")
+                sentence = re.split(r"(?<=\.)\s+(?=[A-Z])", text, maxsplit=1)[0]
+                print_sentences(sentence or title, indent="  ", first="  ")
         typer.echo("Get one: autobalancer example NAME; all of them: autobalancer example --all")
 
     return Reply(None, plain, show=show)
-
-
-def _first_sentence(text: str) -> str:
-    return re.split(r"(?<=\.)\s+(?=[A-Z])", text, maxsplit=1)[0]
 
 
 def _about(name: str) -> tuple[str, str]:
@@ -149,42 +138,46 @@ def _about(name: str) -> tuple[str, str]:
 
 @command(out=None, csv=False, topic="Files and results")
 def cite(
-    file: Annotated[
-        Path | None, typer.Argument(help="Machine file or result; without one the program itself.", show_default=False)
-    ] = None,
+    what: Annotated[
+        str,
+        typer.Argument(
+            help="Machine file, result, or a command or function such as borders; without one the program itself.",
+            show_default=False,
+        ),
+    ] = "",
     everything: Annotated[bool, typer.Option("--all", help="Every source of the package.")] = False,
     out: Annotated[Path | None, "BibTeX file to write (.bib)."] = None,
 ) -> Reply:
-    """Print as BibTeX what to cite for a machine or a run: the program and the sources of the laws, parts and products used.
+    """Print as BibTeX what to cite for a machine or a result: the program, and the sources of methods, laws, parts and products.
 
     Example: autobalancer cite stall.nc
     """
-    from autobalancer.assembly.terms import SOFTWARE, bibliography, sources
+    from autobalancer.assembly.terms import SOFTWARE, bibliography, methods, sources
     from autobalancer.files.machine_file import load_machine, parse_machine
-    from autobalancer.results.store import load_run
+    from autobalancer.plots.answer import made_by
+    from autobalancer.public_names import function_of
+    from autobalancer.results.run_argument import open_run
     from autobalancer.safe_file import write_text_safely
 
-    machine, about = None, dict[str, Any]()
-    if file is not None and file.suffix == ".toml":
-        machine = load_machine(file)
-    elif file is not None:
-        about = dict(load_run(file).attrs)
-        machine = parse_machine(str(about["machine"]), str(file)) if "machine" in about else None
-    found = sources(machine, about)
-    entries = bibliography() | {SOFTWARE: _of_version(bibliography()[SOFTWARE], str(about.get("source", "")))}
-    keys = dict.fromkeys((*found, *(entries if everything else ())))
-    rows = [{"key": key, "used_for": list(found.get(key, ())), "bibtex": entries.get(key, f"% {key}")} for key in keys]
+    machine, about, made = None, dict[str, Any](), what and (function_of(what) or what)
+    if what and not any(made in results for results, _ in methods().values()):
+        made = ""
+        if Path(what).suffix == ".toml":
+            machine = load_machine(what)
+        else:
+            found = open_run(what)
+            about, made = dict(found.attrs), made_by(found)
+            machine = parse_machine(str(about["machine"]), what) if "machine" in about else None
+    used = sources(machine, about, {made})
+    own, version = bibliography()[SOFTWARE], str(about.get("source", "")).partition(" ")[2]  # of what made the result
+    entries = bibliography() | {SOFTWARE: re.sub(r"Version [\w.+]+", f"Version {version}", own) if version else own}
+    keys = dict.fromkeys((*used, *(entries if everything else ())))
+    rows = [{"key": key, "used_for": list(used.get(key, ())), "bibtex": entries.get(key, f"% {key}")} for key in keys]
     text = "\n\n".join("".join(f"% {use}\n" for use in row["used_for"]) + str(row["bibtex"]) for row in rows)
     if out is not None:
         check_suffix("--out", out, (".bib",))
         text = f"written: {write_text_safely(out, text + chr(10))}"
     return Reply(None, rows, code=text)
-
-
-def _of_version(entry: str, source: str) -> str:
-    """The entry of the program with the version that made a result."""
-    version = source.partition(" ")[2]
-    return re.sub(r"Version [\w.+]+", f"Version {version}", entry) if version else entry
 
 
 # ``autobalancer keys``: what a file may contain.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
@@ -13,6 +14,8 @@ import xarray as xr
 
 from autobalancer.errors import QuestionError
 from autobalancer.machine_kinds import CHAMBERS, RACES, Kind, machine_kind, refuse_unknown
+from autobalancer.public_names import function_of
+from autobalancer.results.answers.answer import KIND
 from autobalancer.results.run_argument import RunArgument, is_run, open_run, refusal, result
 
 if TYPE_CHECKING:
@@ -170,6 +173,11 @@ RUNS: dict[str, Picture] = {
     "arrangement": Picture("chamber_view.chamber_arrangement", "simulate", _run(CHAMBERS)),
 }
 PICTURES = ANSWERS | RUNS
+OF_KIND = {
+    "Swept": "sweep",
+    "Measured": "run_measures",
+    "Signals": "load_signals",
+}  # kinds with another name than their function
 
 
 def pictures_of(found: Any) -> dict[str, Picture]:
@@ -187,6 +195,14 @@ def pictures_of(found: Any) -> dict[str, Picture]:
     if not there:
         raise QuestionError("plot.answer: there is no picture of this result; show it, or draw its variables")
     return there
+
+
+def made_by(found: xr.Dataset) -> str:
+    """The public function that made an answer or a run, known by its picture or its kind; empty if neither says so."""
+    of = next((one.of for one in PICTURES.values() if one.holds(found)), "")
+    kind = str(found.attrs.get(KIND, type(found).__name__))
+    word = OF_KIND.get(kind) or re.sub(r"(?<=[a-z])(?=[A-Z])", "_", kind).lower()
+    return re.split(r"[ ,]", of)[0] or function_of(word)
 
 
 def answer(found: Any, picture: str = "", **options: Any) -> Figure:

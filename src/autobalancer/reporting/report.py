@@ -20,6 +20,7 @@ import xarray as xr
 
 from autobalancer.api import check, run_measures, simulate, verdict
 from autobalancer.assembly.quantities import value_of, with_quantity
+from autobalancer.assembly.terms import bibliography, printed, sources
 from autobalancer.catalog.resolve import Ball, resolve
 from autobalancer.errors import AutobalancerError, QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
@@ -29,6 +30,7 @@ from autobalancer.machine import Machine, PlanarRotor
 from autobalancer.machine.path import dimension_of, si_unit_of, text_of
 from autobalancer.measurement.run_up_fit import load_measured
 from autobalancer.memory import refuse_beyond_memory
+from autobalancer.plots.answer import made_by
 from autobalancer.plots.fits import receptance as receptance_picture
 from autobalancer.plots.studies import UNITS
 from autobalancer.plots.studies import design as design_picture
@@ -161,7 +163,15 @@ def report(
         progress,
     )
     # pages are data; HTML and PDF are two ways to print them
-    report = Report(f"{described.name}: automatic ball balancer", _identity(described, name), tuple(pages))
+    made = provenance()
+    identity = (
+        ("machine", described.name),
+        ("file", name),
+        ("SHA-256 of the machine file below", hashlib.sha256(machine_text(described).encode()).hexdigest()),
+        ("made by", made["source"]),
+        ("on", made["created"]),
+    )
+    report = Report(f"{described.name}: automatic ball balancer", identity, tuple(pages))
     if path.suffix.lower() == ".pdf":
         write_pdf(report, path)
     else:
@@ -216,29 +226,11 @@ def _pages(reported: Reported, progress: Callable[[int, int], None] | None) -> l
             progress(count, len(wanted))
     for section in done:
         section.replay = section.replay.replace("machine.toml", reported.file)
-        section.blocks = [_in_rpm(block) for block in section.blocks]
+        section.blocks = [  # sentences of the package have speeds in rad/s
+            replace(one, text=speeds_in(one.text, 30.0 / math.pi, "rpm")) if isinstance(one, Paragraph) else one
+            for one in section.blocks
+        ]
     return [first_page(done), *done]
-
-
-def _in_rpm(block: Block) -> Block:
-    """Sentences of the package have speeds in rad/s."""
-    return replace(block, text=_speeds_in_rpm(block.text)) if isinstance(block, Paragraph) else block
-
-
-def _speeds_in_rpm(text: str) -> str:
-    """A text with its speeds in rpm."""
-    return speeds_in(text, 30.0 / math.pi, "rpm")
-
-
-def _identity(machine: Machine, name: str) -> tuple[tuple[str, str], ...]:
-    made = provenance()
-    return (
-        ("machine", machine.name),
-        ("file", name),
-        ("SHA-256 of the machine file below", hashlib.sha256(machine_text(machine).encode()).hexdigest()),
-        ("made by", made["source"]),
-        ("on", made["created"]),
-    )
 
 
 def _study(argument: Studied | Designed | str | Path | None, machine: Machine) -> Studied | Designed | None:
@@ -755,20 +747,6 @@ LIMITS = (
     "the way. Before a machine is built, measure a run-up and compare it.",
 )
 
-SOURCES = (
-    (
-        "equations of motion, averaged border, release speed",
-        "Spannan (2021), On the dynamic modelling of automatic ball balancers",
-    ),
-    ("balance quality grades", "ISO 21940-11"),
-    ("pressure between ball and race", "Johnson (1985), Contact mechanics; limit: ISO 76"),
-    ("intervals of shares", "Wilson (1927), J. Am. Stat. Assoc. 22"),
-)
-OF_A_STUDY = (
-    ("Sobol' indices", "Saltelli et al. (2010) and Jansen (1999), Comput. Phys. Commun. 181 and 117"),
-    ("intervals of rank correlations", "Fieller, Hartley and Pearson (1957), Biometrika 44"),
-)
-
 
 @report_page()
 def limits_page(run: xr.Dataset) -> Section:
@@ -779,12 +757,17 @@ def limits_page(run: xr.Dataset) -> Section:
 
 
 @report_page()
-def sources_page(machine: Machine, summary: Summary, study: Studied | None) -> Section:
-    """The literature of what this report uses."""
+def sources_page(machine: Machine, run: xr.Dataset, summary: Summary, study: Studied | None) -> Section:
+    """The literature of what this report uses, as ``autobalancer cite`` lists it."""
+    made = {"report", "check", "basin"} | ({made_by(study)} if study is not None else set())
+    found = sources(machine, run.attrs, made).items()
+    rows = [("; ".join(uses) or "this program", printed(key) if key in bibliography() else key) for key, uses in found]
     planes = summary.off_center.planes if summary.off_center is not None else ()
     off = dict.fromkeys("this machine file" if plane.given else f"not given; {plane.source}" for plane in planes)
-    rows = (*SOURCES, *(("eccentricity of a race", text) for text in off), *(OF_A_STUDY if study is not None else ()))
-    return Section("Sources", [Rows((), rows), *([Paragraph(machine.description)] if machine.description else [])])
+    rows += [("eccentricity of a race", text) for text in off]
+    return Section(
+        "Sources", [Rows((), tuple(rows)), *([Paragraph(machine.description)] if machine.description else [])]
+    )
 
 
 @report_page()

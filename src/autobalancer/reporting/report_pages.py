@@ -387,7 +387,11 @@ def quality_page(summary: Summary, left: float, judged: Verdict, grade: float | 
     fails = at_end if worse or beside else ""
     enough = [value <= allowed and name != fails for name, value, _ in known]
     heads: tuple[str, ...] = ("state", "unbalance", "velocity of the mass center (mm/s)", "grade reached")
-    cells = [_quality_row(name, value, 1e3 * value * service.speed / mass) for name, value, _ in known]
+    grades = [1e3 * value * service.speed / mass for _, value, _ in known]
+    cells: list[tuple[str, ...]] = [
+        (name, moment_text(value), significant(grade), grade_name(grade))
+        for (name, value, _), grade in zip(known, grades, strict=True)
+    ]
     if beside:
         cells = [(*row[:2], "-", "no grade") if row[0] == at_end else row for row in cells]
     if grade is not None:
@@ -407,10 +411,6 @@ def quality_page(summary: Summary, left: float, judged: Verdict, grade: float | 
         requested = "-" if grade is None else UNKNOWN if row[0] == TYPICAL else yes_or_no(reached)
         page.decisive.append(Decisive(f"residual unbalance, {row[0]}", f"{row[1]}, {row[3]}", requested, condition))
     return page
-
-
-def _quality_row(name: str, unbalance: float, grade: float) -> tuple[str, ...]:
-    return name, moment_text(unbalance), significant(grade), grade_name(grade)
 
 
 def residuals_left(summary: Summary, size: str) -> list[tuple[str, float, str]]:
