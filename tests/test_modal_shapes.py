@@ -15,7 +15,7 @@ from autobalancer.assembly.rotors import lateral_model
 from autobalancer.errors import MachineError, MachineFileError
 from autobalancer.files.machine_file import machine_text, parse_race_machine
 from autobalancer.machine import Machine
-from autobalancer.rotordynamics.rational_fit import pole_model
+from autobalancer.rotordynamics.receptances import pole_model
 from autobalancer.simulation.remarks import input_notes
 from autobalancer.sketch import layout_of
 

@@ -32,8 +32,8 @@ from autobalancer.measurement.loop import (
     receptance_stability,
     spread,
 )
-from autobalancer.rotordynamics.rational_fit import modes_of, pole_model
-from autobalancer.rotordynamics.receptances import load_receptance
+from autobalancer.rotordynamics.rational_fit import modes_of
+from autobalancer.rotordynamics.receptances import load_receptance, pole_model
 from autobalancer.simulation.record import SampleTimes
 from autobalancer.stability.host.stations import Plane
 from autobalancer.stability.maps.balanced import PlanarBalancer, growth_rate, worst_case_border

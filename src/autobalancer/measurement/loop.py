@@ -24,8 +24,8 @@ from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.results.display_units import moment_text
 from autobalancer.results.labels import labeled
 from autobalancer.roots import root
-from autobalancer.rotordynamics.rational_fit import Fitting, pole_model
-from autobalancer.rotordynamics.receptances import PoleModel, hertz
+from autobalancer.rotordynamics.rational_fit import Fitting
+from autobalancer.rotordynamics.receptances import PoleModel, hertz, pole_model
 from autobalancer.stability.states.ball_positions import directions
 from autobalancer.units import argument, ends_argument, list_argument, optional_argument
 

@@ -13,20 +13,24 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 from scipy.interpolate import AAA
-from scipy.linalg import lstsq, qr
+from scipy.linalg import lstsq
 from scipy.optimize import least_squares
 
 from autobalancer.arrays import Complexes, Floats
 from autobalancer.errors import QuestionError, one_of
 from autobalancer.progress import Progress, shows_progress
 from autobalancer.results.answers.answer import Answer, provenance
-from autobalancer.rotordynamics.receptances import PoleModel, hertz
+from autobalancer.rotordynamics.receptances import hertz
 from autobalancer.units import ends_argument
 
 # A receptance as a sum of modes, stable and of relative degree two by construction, fitted by least squares.
 #
 # H(sigma) = sum (a_k + b_k sigma)/(sigma^2 + d_k sigma + e_k), d_k, e_k > 0, sum b_k = 0. The a, b follow linearly
 # from the d, e, so only these are searched for (variable projection, Golub and Pereyra 1973).
+
+
+ROWS = 256  # of a matrix that one thread factorizes
+SINGULAR = 1e-13  # of the greatest singular value: what is below it is none
 
 
 @dataclass(frozen=True)
@@ -42,14 +46,9 @@ class Modes:
         """K."""
         return int(self.shapes.size // 2)
 
-    def without(self, number: int) -> Modes:
-        """All but one; the others as they are."""
-        k = self.count
-        return Modes(np.delete(self.shapes, [number, k + number]), np.delete(self.numerators, number, axis=0), math.nan)
-
     def poles_and_residues(self) -> tuple[Complexes, Complexes]:
         """All 2 K poles and residues, a conjugate or real pair for each mode."""
-        d, e = np.exp(self.shapes[: self.count]), np.exp(self.shapes[self.count :])
+        d, e = np.exp(self.shapes).reshape(2, -1)
         root = np.sqrt((0.25 * d**2 - e).astype(np.complex128))
         root = np.where(np.abs(root) < 1e-9 * np.sqrt(e), 1e-9 * np.sqrt(e), root)  # no double poles
         up, down = -0.5 * d + root, -0.5 * d - root
@@ -63,14 +62,14 @@ class Modes:
 
     def parts(self, frequency: Floats) -> Complexes:
         """The part of each mode in it, shape (n, K)."""
-        d, e = np.exp(self.shapes[: self.count]), np.exp(self.shapes[self.count :])
+        d, e = np.exp(self.shapes).reshape(2, -1)
         sigma = 1j * frequency[:, None]
         a, b = self.numerators.T
         return np.asarray((a + b * sigma) / (sigma**2 + d * sigma + e), np.complex128)
 
     def slopes(self, frequency: Floats) -> Complexes:
         """The derivatives of the receptance over ln d, ln e, a and all b but the last, shape (n, 4 K - 1)."""
-        d, e = np.exp(self.shapes[: self.count]), np.exp(self.shapes[self.count :])
+        d, e = np.exp(self.shapes).reshape(2, -1)
         sigma = 1j * frequency[:, None]
         a, b = self.numerators.T
         share = 1.0 / (sigma**2 + d * sigma + e)
@@ -81,7 +80,9 @@ class Modes:
     def taken(self, frequency: Floats, variance: Floats) -> Floats:
         """The share of each value that these parameters take up, the leverage of its line, from 0 to 1."""
         slopes = _stack(self.slopes(frequency) / np.sqrt(variance)[:, None])
-        q = qr(slopes / np.linalg.norm(slopes, axis=0), mode="economic", check_finite=False)[0]
+        slopes /= np.linalg.norm(slopes, axis=0)
+        _, sizes, right = np.linalg.svd(_triangle(slopes))
+        q = slopes @ (right[sizes > SINGULAR * sizes[0]].T / sizes[sizes > SINGULAR * sizes[0]])
         return np.asarray(0.5 * (q**2).sum(axis=1).reshape(2, -1).sum(axis=0))
 
 
@@ -94,37 +95,38 @@ class Fitting:
         self.known: tuple[Floats, tuple[Floats, Floats, Floats]] | None = None  # residuals and slopes are asked in turn
 
     def numerators(self, shapes: Floats) -> tuple[Floats, Floats, Floats]:
-        """Best a, b for given d, e; the residuals; and their slopes over ln d, ln e (Kaufman 1975)."""
+        """Best a, b for given d, e; the residuals; and their slopes over ln d, ln e (Kaufman 1975).
+
+        Residuals and slopes are those of all lines, turned into few rows, which changes no sum of squares: the triangle of
+        one QR of base functions, what their slopes add to these, and target has all of it.
+        """
         if self.known is not None and np.array_equal(self.known[0], shapes):
             return self.known[1]
-        k = shapes.size // 2
-        d, e = np.exp(shapes[:k]), np.exp(shapes[k:])
-        sigma = self.sigma[:, None]
+        k, sigma = shapes.size // 2, self.sigma[:, None]
+        d, e = np.exp(shapes).reshape(2, -1)
         share = 1.0 / (sigma**2 + d * sigma + e)
         base = self.weights[:, None] * share
         slope = base * sigma
-        matrix = _stack(np.hstack([base, slope[:, :-1] - slope[:, -1:]]))
+        matrix = _stack(np.hstack([base, slope[:, :-1] - slope[:, -1:], base * share, slope * share]))
         size = np.linalg.norm(matrix, axis=0)
-        # from scipy, like the search around it: two libraries with threads of their own wait for each other
-        q, r = qr(matrix / size, mode="economic", check_finite=False)
-        solution = lstsq(r, q.T @ self.target, cond=1e-13)[0] / size
-        b = np.append(solution[k:], -solution[k:].sum())
-        change = -(solution[:k] * base + b * slope) * share
-        slopes = _stack(np.hstack([change * d * sigma, change * e]))
-        answer = np.column_stack([solution[:k], b]), matrix @ solution - self.target, slopes - q @ (q.T @ slopes)
+        triangle, m = _triangle(np.column_stack([matrix / size, self.target])), 2 * k - 1
+        solution = lstsq(triangle[:m, :m], triangle[:m, -1], cond=SINGULAR)[0] / size[:m]
+        a, b = solution[:k], np.append(solution[k:], -solution[k:].sum())
+        left = triangle[:, :m] @ (solution * size[:m]) - triangle[:, -1]
+        once, moved = np.split(triangle[:, m:-1] * size[m:], 2, axis=1)  # over share^2 and sigma share^2
+        once[:m] = moved[:m] = 0.0  # what the best a, b follow; sigma^2 share^2 = share - d sigma share^2 - e share^2
+        slopes = np.hstack([-d * ((a - b * d) * moved - b * e * once), -e * (a * once + b * moved)])
+        answer = np.column_stack([a, b]), left, slopes
         self.known = shapes.copy(), answer
         return answer
 
     def search(self, starts: list[Complexes]) -> Modes:
         """The modes nearest to the data; from each start (poles, one of each pair) a few steps, from the best all."""
-        tried = [self._refine(_shapes(poles), 12, 1e-6) for poles in starts]
-        return self._refine(min(tried, key=lambda modes: modes.misfit).shapes, 60, 1e-13)
+        tried = [self.refined(_shapes(poles), 12, 1e-6) for poles in starts]
+        return self.refined(min(tried, key=lambda modes: modes.misfit).shapes)
 
-    def refined(self, modes: Modes) -> Modes:
-        """The modes nearest to the data, from modes that are near."""
-        return self._refine(modes.shapes, 60, 1e-13)
-
-    def _refine(self, start: Floats, steps: int, tolerance: float) -> Modes:
+    def refined(self, start: Floats, steps: int = 60, tolerance: float = 1e-13) -> Modes:
+        """The modes nearest to the data, from shapes that are near."""
         # ln d, ln e: frequencies within a hundred times the band, and what damping cannot be told from none
         ones, far = np.ones(start.size // 2), math.log(100.0)
         first, last = math.log(np.abs(self.sigma).min()), math.log(np.abs(self.sigma).max())
@@ -146,6 +148,16 @@ class Fitting:
 
 def _stack(values: Complexes) -> Floats:
     return np.concatenate([values.real, values.imag])
+
+
+def _triangle(matrix: Floats) -> Floats:
+    """R of the QR of a tall matrix, by some hundred rows: of more, libraries make threads that wait for each other."""
+    rows, columns = matrix.shape
+    tall = max(ROWS, 4 * columns)
+    if rows > tall:
+        whole = np.concatenate([matrix, np.zeros((-rows % tall, columns))]).reshape(-1, tall, columns)
+        return _triangle(np.asarray(np.linalg.qr(whole, mode="r")).reshape(-1, columns))
+    return np.asarray(np.linalg.qr(matrix, mode="r"))
 
 
 def _shapes(poles: Complexes) -> Floats:
@@ -210,7 +222,8 @@ def receptance(
         If there are too few values, or they are not those of a driving point in the convention e^(+i w t).
     """
     if "pair" in measured.dims:
-        return _between_places(measured, modes=modes, most_modes=most_modes, noise=noise, band=band)
+        about = {"modes": modes, "most_modes": most_modes, "noise": noise, "band": band}
+        return _between_places(measured, **about, progress=progress if callable(progress) else False)
     every = np.asarray(measured["frequency"].values, np.float64)
     used = _used(every, band)
     part = measured.isel(frequency=np.flatnonzero(used))
@@ -234,16 +247,6 @@ def receptance(
 def receptance_of(measured: xr.Dataset) -> Complexes:
     """The measured values, m/N."""
     return np.asarray(measured["receptance_real"].values + 1j * measured["receptance_imag"].values, np.complex128)
-
-
-def pole_model(fit: xr.Dataset, added_mass: float = 0.0) -> PoleModel:
-    """The fitted receptance for :mod:`autobalancer.measurement.loop`."""
-    if "place" in fit.dims:
-        raise QuestionError(
-            "receptance: this needs one place, and several were fitted; receptance_rotor makes a rotor of them"
-        )
-    poles = fit["pole_real"].values + 1j * fit["pole_imag"].values
-    return PoleModel(poles, fit["residue_real"].values + 1j * fit["residue_imag"].values, added_mass)
 
 
 def modes_of(fit: xr.Dataset) -> list[tuple[float, float]]:
@@ -282,7 +285,7 @@ def _between_places(measured: xr.Dataset, **about: Any) -> xr.Dataset:
         raise QuestionError("receptance: no pair has response and force at one place; measure a driving point")
     part = [f"receptance_{name}" for name in ("real", "imag")]
     whole = measured[part].isel(pair=driving).sum("pair").assign_attrs(measured.attrs)
-    poles = receptance(whole, progress=False, **about)
+    poles = receptance(whole, **about)
     used = np.flatnonzero(poles["used"].values)
     frequency = np.asarray(measured["frequency"].values, np.float64)
     values, weights = receptance_of(measured)[:, used], 1.0 / poles["noise_deviation"].values[used]
@@ -326,7 +329,7 @@ def _between_places(measured: xr.Dataset, **about: Any) -> xr.Dataset:
     best = least_squares(left, start, x_scale="jac").x
     error = math.sqrt(float((left(best) ** 2).sum() / (np.abs(values * weights) ** 2).sum()))
     order = np.argsort(best[:count])
-    own, ratio = (np.exp(best[k * count : (k + 1) * count])[order] for k in (0, 1))
+    own, ratio = np.exp(best[: 2 * count]).reshape(2, -1)[:, order]
     shape = best[2 * count :].reshape(count, -1)[order]
     curve = fitted(best, frequency)
     dataset = measured.assign(
@@ -470,18 +473,15 @@ def _noise_doubt(dataset: xr.Dataset) -> list[str]:
     if hidden.all() or not hidden.any():
         return []
     texts = []
-    if hidden[:LEAST].all():
-        end = frequency[int(np.argmin(hidden))]
-        texts.append(
-            f"below {hertz(end)} Hz the noise is greater than the receptance, as usual where acceleration was measured; these "
-            f'lines have almost no weight. --band "{hertz(end)} Hz:{hertz(frequency[-1])} Hz" leaves them out'
-        )
-    if hidden[-LEAST:].all():
-        end = frequency[hidden.size - int(np.argmin(hidden[::-1])) - 1]
-        texts.append(
-            f"above {hertz(end)} Hz the noise is greater than the receptance; these lines have almost no weight. "
-            f'--band "{hertz(frequency[0])} Hz:{hertz(end)} Hz" leaves them out'
-        )
+    for word, run in (("below", 1), ("above", -1)):  # from either end of the band
+        if hidden[::run][:LEAST].all():
+            end = frequency[::run][int(np.argmin(hidden[::run]))]
+            low, high = (hertz(at) for at in (end, frequency[::run][-1])[::run])
+            why = ", as usual where acceleration was measured" if run > 0 else ""
+            texts.append(
+                f"{word} {hertz(end)} Hz the noise is greater than the receptance{why}; these lines have almost no weight. "
+                f'--band "{low} Hz:{high} Hz" leaves them out'
+            )
     return texts
 
 
@@ -606,10 +606,9 @@ def frequencies(found: FittedModes) -> Floats:
 
 def covariance(found: FittedModes, frequency: Floats) -> Floats:
     """Of the parameters of :meth:`Modes.slopes`; the noise has half its variance in either part of a value."""
-    slopes = found.modes.slopes(frequency) / np.sqrt(0.5 * found.variance)[:, None]
-    stacked = np.concatenate([slopes.real, slopes.imag])
+    stacked = _stack(found.modes.slopes(frequency) / np.sqrt(0.5 * found.variance)[:, None])
     size = np.linalg.norm(stacked, axis=0)
-    inverse = np.linalg.pinv(stacked / size)
+    inverse = np.linalg.pinv(_triangle(stacked / size))
     return np.asarray((inverse @ inverse.T) / np.outer(size, size))
 
 
@@ -664,7 +663,7 @@ def with_its_noise(noise: NoiseShapes, modes: Modes, variance: Floats) -> Fitted
         before, variance = variance, noise.variances(fitted, squares, modes.taken(noise.frequency, variance))
         if np.abs(np.log(variance / before)).max() < SETTLED:
             break
-        modes = Fitting(noise.frequency, values, 1.0 / np.sqrt(variance * values.size)).refined(modes)
+        modes = Fitting(noise.frequency, values, 1.0 / np.sqrt(variance * values.size)).refined(modes.shapes)
     squares = np.abs(values - modes.at(noise.frequency)) ** 2
     unlikely = 2.0 * float((np.log(variance) + squares / variance).sum())
     return FittedModes(modes, variance, unlikely + (4 * modes.count - 1) * math.log(2 * values.size))
@@ -673,7 +672,8 @@ def with_its_noise(noise: NoiseShapes, modes: Modes, variance: Floats) -> Fitted
 def fit_without(noise: NoiseShapes, found: FittedModes, number: int) -> FittedModes:
     """The fit that begins with all modes but one."""
     fitting = Fitting(noise.frequency, noise.values, 1.0 / np.sqrt(found.variance * noise.values.size))
-    return with_its_noise(noise, fitting.refined(found.modes.without(number)), found.variance)
+    shapes = np.delete(found.modes.shapes, [number, found.modes.count + number])
+    return with_its_noise(noise, fitting.refined(shapes), found.variance)
 
 
 def _starts(noise: NoiseShapes, clear: NDArray[np.bool_], count: int, previous: Modes | None) -> list[Complexes]:
@@ -696,10 +696,7 @@ def _proposals(frequency: Floats, values: Complexes, terms: int) -> Complexes:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that the tolerance was not reached with so few terms is meant to be so
         approximation = AAA(points, np.concatenate([values, values.conj()]), max_terms=terms, clean_up=False)
-    poles, residues = (
-        np.asarray(approximation.poles(), np.complex128),
-        np.asarray(approximation.residues(), np.complex128),
-    )
+    poles, residues = np.asarray(approximation.poles()), np.asarray(approximation.residues())
     keep = np.isfinite(poles) & (poles.imag >= 0.0) & (np.abs(poles) > 0.0)
     poles, residues = poles[keep], residues[keep]
     nearest = np.abs(points[:, None] - poles).min(axis=0, initial=np.inf) + np.abs(poles.real)
@@ -785,8 +782,7 @@ def scatter(values: Complexes) -> Floats:
     """Squares of what each value deviates from the parabola through its neighbours: noise, before anything is fitted."""
     weights = np.array([-1.0, 3.0, -3.0, 1.0])
     third = np.convolve(values, weights, mode="valid") / math.sqrt(20.0)
-    between = np.concatenate([third[:1], third, third[-1:], third[-1:]])
-    ahead = np.concatenate([third[:1], third[:1], third, third[-1:]])
+    between, ahead = (np.pad(third, ends, mode="edge") for ends in ((1, 2), (2, 1)))
     return np.asarray(0.5 * (np.abs(between) ** 2 + np.abs(ahead) ** 2))
 
 

@@ -46,6 +46,16 @@ class PoleModel:
         return self.receptance(np.asarray(1j * frequency, np.complex128))
 
 
+def pole_model(fit: xr.Dataset, added_mass: float = 0.0) -> PoleModel:
+    """The fitted receptance for :mod:`autobalancer.measurement.loop`."""
+    if "place" in fit.dims:
+        raise QuestionError(
+            "receptance: this needs one place, and several were fitted; receptance_rotor makes a rotor of them"
+        )
+    poles = fit["pole_real"].values + 1j * fit["pole_imag"].values
+    return PoleModel(poles, fit["residue_real"].values + 1j * fit["residue_imag"].values, added_mass)
+
+
 # Measured receptances from files: deflection over force at the race, whatever was measured and in which unit.
 #
 # Tables, and universal files with frequency responses, in ASCII (dataset 58) or binary (58b).
