@@ -189,6 +189,7 @@ WRITERS: dict[str, Callable[[Path, Any], None]] = {
     "K.mtx": _market,
     "K.txt": _triplets,
     "K.csv": _nodal,
+    "K.dat": np.savetxt,  # row by row
     "K.npz": lambda path, matrix: sparse.save_npz(path, sparse.csr_array(matrix)),
     "K.mat": lambda path, matrix: io.savemat(path, {"K": matrix}),
     "K.hb": _harwell,
@@ -257,6 +258,49 @@ def _with(**more: Any) -> Callable[[Path], Matrices]:
     return write
 
 
+def _both(row: int, column: int, value: float) -> Callable[[Any], None]:
+    def change(matrix: Any) -> None:
+        matrix[row, column] = matrix[column, row] = value
+
+    return change
+
+
+def _filled(value: float) -> Callable[[Any], None]:
+    return lambda matrix: matrix.fill(value)
+
+
+def _scaled_rotations(factor: float) -> Callable[[Path], Matrices]:
+    def write(folder: Path) -> Matrices:
+        scale = np.array([1.0 if way[0] == "u" else factor for way in WAYS] * 22)
+        np.savez(folder / "rotor.npz", **{name: np.outer(scale, scale) * of for name, of in exported(folder).items()})
+        return FILES
+
+    return write
+
+
+def _exchanged(folder: Path) -> Matrices:
+    matrices = exported(folder)
+    np.savez(folder / "rotor.npz", M=matrices["K"], K=matrices["M"])
+    return FILES
+
+
+def _lines(change: Callable[[str], str]) -> Callable[[Path], Matrices]:
+    def write(folder: Path) -> Matrices:
+        np.savez(folder / "rotor.npz", **exported(folder))
+        (folder / "nodes.csv").write_text(change((folder / "nodes.csv").read_text()))
+        return FILES
+
+    return write
+
+
+def _text(name: str, text: str) -> Callable[[Path], Matrices]:
+    def write(folder: Path) -> Matrices:
+        (folder / name).write_text(text)
+        return _with(stiffness=name)(folder)
+
+    return write
+
+
 @pytest.mark.parametrize(
     ("write", "said"),
     [
@@ -267,6 +311,40 @@ def _with(**more: Any) -> Callable[[Path], Matrices]:
         (
             _changed("G", _times),
             r"rotor\.files\.gyroscopic: its polar inertia is 26\.\d+ kg m\^2, and no body has more than twice",
+        ),
+        (_changed("M", _set(8, 12, 5.0)), r"rotor\.files\.mass: is not symmetric"),
+        (_changed("M", _both(8, 12, 5.0)), r"rotor\.files\.mass: entry 9, 13 is 5000, more than the entries"),
+        (_changed("M", _filled(0.0)), r"rotor\.files\.mass: is zero"),
+        (_changed("C", _turned), r"rotor\.files\.damping: is negative in row 1.* would feed energy"),
+        (
+            _scaled_rotations(np.pi / 180.0),
+            r"rotor\.files\.stiffness: bends most nodes.*57\.3 rad\. Its rotations are in deg",
+        ),
+        (
+            _scaled_rotations(-1.0),
+            r"rotor\.files\.stiffness: bends .*none with -1 rad\. Its rotations have the other sign",
+        ),
+        (_scaled_rotations(1e-3), r"rotor\.files\.stiffness: bends .*none with 1000 rad\. Look at length_unit"),
+        (_with(length_unit="m"), r"rotor\.files\.stiffness: bends .*none with 0\.001 rad\. Look at length_unit"),
+        (_exchanged, r"rotor\.files\.mass: has no inertia at most nodes .* exchange M and K"),
+        (
+            _lines(lambda line: line.replace("ux", "uz")),
+            r"rotor\.files\.nodes: no row is ux; positions count along the axis",
+        ),
+        (
+            _lines(lambda line: line.replace("2, ux", "1, ux")),
+            r"rotor\.files\.nodes: nodes\.csv: ux of node 1 stands twice",
+        ),
+        (
+            _lines(lambda line: line.replace("22, ry", "# 22")),
+            r"rotor\.files\.file: rotor\.npz: mass is 88 by 88, .* 87 rows",
+        ),
+        (_text("K.npz", ""), r"rotor\.files\.stiffness: .*K\.npz: is empty"),
+        (_text("K.npz", "1 1 5"), r"rotor\.files\.stiffness: .*it is no NPZ file"),
+        (_text("K.txt", "0 0 5"), r"rotor\.files\.stiffness: .*rows and columns count from 1 to 88"),
+        (
+            _text("K.mtx", "%%MatrixMarket matrix coordinate complex general\n88 88 1\n1 1 1 2"),
+            r"rotor\.files\.stiffness: .*stiffness is complex; give its real part",
         ),
         (_with(mass_unit=None), r"rotor\.files\.mass_unit: missing"),
         (_with(length_unit="ft"), r"rotor\.files\.length_unit: "),
@@ -293,6 +371,15 @@ def test_what_is_odd_about_matrices_is_said(folder: Path, tmp_path: Path) -> Non
     np.savez(tmp_path / "rotor.npz", **{**matrices, "K": bare})
     with pytest.raises(ab.errors.MachineError, match="nothing holds the rotor across its axis; give it supports"):
         lateral_model(machine_of(tmp_path))
+    for name, value in (("total_mass", "5 kg"), ("inertia", "1 kg*m^2")):
+        with pytest.raises(MachineFileError, match=rf"its {name} is .*, and rotor\.{name} says {value[0]}"):
+            machine_of(tmp_path, **{name: value})
+    np.savez(tmp_path / "rotor.npz", **{**matrices, "K": matrices["K"] - 1.1 * matrices["K"].max() * np.eye(88)})
+    with pytest.raises(ab.errors.MachineError, match="is negative for some motion, so it does not rest"):
+        lateral_model(machine_of(tmp_path))
+    np.savez(tmp_path / "rotor.npz", **{name: 1e3 * matrices[name] for name in "MK"})
+    heavy = input_notes(machine_of(tmp_path), None)
+    assert any("6815 kg; beside it the balls can move the center of mass by 0.083 um at most" in note for note in heavy)
 
 
 def mesh_stiffness(stiffness: Any) -> Any:

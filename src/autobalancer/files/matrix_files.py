@@ -6,9 +6,12 @@ the static answer of the rotor to forces at the kept nodes stays exact, and the 
 
 from __future__ import annotations
 
+import contextlib
+import math
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
+from zipfile import ZipFile, is_zipfile
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -43,6 +46,22 @@ NUMBERS = ("coordinates", "mass_matrix", "stiffness_matrix", "damping_matrix", "
 LARGEST = 240  # coordinates that are taken as they are
 LOOSE = 1e-9  # a coupling below this, of the greatest entry, is none
 SYMMETRIC = 1e-6
+ROUNDING = 1e-9  # of the greatest entry
+UNPACKED = 2_000_000_000  # bytes of the matrices of a file
+FREE = 1e-3  # of the sizes of the parts of a force: what is left where they cancel, in files with few digits
+STRAINED = 0.1
+SKEW = {
+    "symmetric": "what is not, such as oil films and seals, stands in `supports` or tables of them",
+    "antisymmetric": "add what is symmetric to the damping",
+}
+ENERGY = {
+    "mass": "such a body would have a negative energy",
+    "damping": "it would feed energy into the rotor; with it on the left of M q'' + C q' + K q = f it takes some",
+}
+TURNED = (  # by which angle a rotor of matrices turns as if by one radian, and why
+    (50.0, 65.0, "Its rotations are in degrees. "),
+    (-1.1, -0.9, "Its rotations have the other sign: dx/dz = ry, dy/dz = -rx. "),
+)
 FREQUENCIES = 12  # at which the receptance of the kept nodes is compared, up to half of the first that is left out
 GOOD = 0.01  # relative error of it
 LOSS = 0.02  # loss factor for that comparison, so that a resonance has a size
@@ -73,7 +92,14 @@ def rotor_from_files(entry: dict[str, Any], rotor: dict[str, Any], folder: Path)
     if modal:
         return _modal_keys(ModeFiles(**entry), folder) | rotor
     files = MatrixFiles(**entry)
-    return _keys(_read(files, folder), files.keep, files.modes, f"{files.file or files.mass}: ") | rotor
+    keys = _keys(_read(files, folder), files.keep, files.modes, f"{files.file or files.mass}: ")
+    for name, unit, matrix in (("total_mass", "kg", "mass"), ("inertia", "kg*m^2", "gyroscopic")):
+        with contextlib.suppress(UnitError, TypeError):  # which the machine says
+            declared, own = (float(to_si(of[name], unit)) if name in of else 0.0 for of in (rotor, keys))
+            if declared and own and not 0.5 * declared < own < 1.01 * declared:
+                text = f"its {name} is {own:.4g} {unit}, and rotor.{name} says {declared:.4g} {unit}; look at the units"
+                raise MachineError(text, (matrix,))
+    return keys | rotor
 
 
 def from_matrices(
@@ -163,11 +189,11 @@ def _keys(given: Given, keep: Sequence[float] | None, modes: int, source: str) -
             for way, z, shares in zip(ways, positions, moved, strict=True)
         ],
         **{f"{name}_matrix": matrix.tolist() for name, matrix in small.items()},
-        "total_mass": float(whole[:, 0] @ (given.matrices["mass"] @ whole[:, 0])),
+        "total_mass": f"{float(whole[:, 0] @ (given.matrices['mass'] @ whole[:, 0]))!r} kg",
         "source": f"{source}{note}",
     }
     if (inertia := _polar_inertia(given)) > 0.0:
-        keys["inertia"] = inertia
+        keys["inertia"] = f"{inertia!r} kg*m^2"
     if 0.0 < valid < np.inf:
         keys["valid_to"] = f"{valid:.6g} rad/s"
     return keys
@@ -202,15 +228,12 @@ def _read(files: MatrixFiles, folder: Path) -> Given:
                 f"{files.nodes}, row {line}: direction {way!r}; must be one of {', '.join(DIRECTIONS)}", ("nodes",)
             )
     labels = list(zip(nodes, ways, strict=True))
+    if len(number := {label: line for line, label in enumerate(labels)}) < len(labels):
+        node, way = next(label for line, label in enumerate(labels) if number[label] != line)
+        raise MachineFileError(f"{files.nodes}: {way} of node {node} stands twice", ("nodes",))
     matrices: dict[str, Any] = {}
     for key, place in _places(files):
-        for name, matrix in _matrices_in(folder / place, key, labels).items():
-            if matrix.shape != (len(ways), len(ways)):
-                raise MachineFileError(
-                    f"{place}: {name} is {matrix.shape[0]} by {matrix.shape[1]}, but {files.nodes} has {len(ways)} rows",
-                    (key,),
-                )
-            matrices[name] = matrix
+        matrices |= _matrices_in(folder / place, key, labels)
     for name in ("mass", "stiffness"):
         if name not in matrices:
             raise MachineFileError(f"missing; give a file of the {name} matrix, or one 'file' that has it", (name,))
@@ -248,7 +271,7 @@ def _matrices_in(path: Path, key: str, labels: list[tuple[str, str]]) -> dict[st
         advice = OTHERS.get(path.suffix.lower(), "write it with scipy.io.mmwrite")
         text = f"{path}: is of no known format; {advice}. Known are {', '.join(sorted(FORMATS))}"
         raise MachineFileError(text, (key,))
-    if reason := not_to_read(path):
+    if reason := not_to_read(path) or ("" if path.stat().st_size else "is empty"):
         raise MachineFileError(f"{path}: {reason}", (key,))
     try:
         held = reader(path, labels)
@@ -257,9 +280,10 @@ def _matrices_in(path: Path, key: str, labels: list[tuple[str, str]]) -> dict[st
     except Exception as fault:  # whatever a reader says of a damaged file
         raise MachineFileError(f"{path}: cannot be read: {fault}", (key,)) from None
     if key == "file":
-        held = {NAMES[name]: matrix for name, matrix in held.items() if name in NAMES}
+        found, held = held, {NAMES[name]: matrix for name, matrix in held.items() if name in NAMES}
         if not held:
-            raise MachineFileError(f"{path}: has no matrix named {', '.join(NAMES)}", (key,))
+            names = f"; it has {', '.join(found)}" if any(found) else ""
+            raise MachineFileError(f"{path}: has no matrix named {', '.join(NAMES)}{names}", (key,))
     elif len(held) != 1:
         raise MachineFileError(
             f"{path}: has {len(held)} matrices; give one a file, or name them M, K, C, G and use 'file'", (key,)
@@ -267,6 +291,14 @@ def _matrices_in(path: Path, key: str, labels: list[tuple[str, str]]) -> dict[st
     else:
         held = {key: next(iter(held.values()))}
     for name, matrix in held.items():
+        if np.shape(matrix) != (len(labels), len(labels)):
+            size = " by ".join(map(str, np.shape(matrix))) or "no matrix"
+            raise MachineFileError(f"{path.name}: {name} is {size}, but 'nodes' has {len(labels)} rows", (key,))
+        if np.iscomplexobj(matrix):
+            text = (
+                f"{path}: {name} is complex; give its real part, and 'damping', imag(K)/w at the speed w that matters"
+            )
+            raise MachineFileError(text, (key,))
         held[name] = sparse.csr_array(matrix, dtype=np.float64)
         if not np.isfinite(held[name].data).all():
             raise MachineFileError(f"{path}: {name} has entries that are no finite numbers", (key,))
@@ -314,15 +346,28 @@ def _harwell_boeing(path: Path, labels: object) -> dict[str, Sparse]:
 def _npz(path: Path, labels: object) -> dict[str, Sparse]:
     from scipy import sparse
 
+    if not is_zipfile(path):
+        raise ValueError("it is no NPZ file; numpy.savez writes one")
+    with ZipFile(path) as packed:
+        _refuse_endless(sum(part.file_size for part in packed.infolist()))
     with np.load(path, allow_pickle=False) as held:
         if "format" in held:
             return {"": sparse.load_npz(path)}
         return {name: held[name] for name in held}
 
 
-def _mat(path: Path, labels: object) -> dict[str, Sparse]:
-    from scipy.io import loadmat
+def _refuse_endless(size: int) -> None:
+    """Refuse a packed file that would take all memory."""
+    if size > UNPACKED:
+        raise ValueError(
+            f"it has {size / 1e9:.3g} GB, at most {UNPACKED / 1e9:.3g} GB are taken; write sparse matrices"
+        )
 
+
+def _mat(path: Path, labels: object) -> dict[str, Sparse]:
+    from scipy.io import loadmat, whosmat
+
+    _refuse_endless(sum(8 * math.prod(shape) for _, shape, kind in whosmat(path) if kind != "sparse"))
     held = loadmat(path)
     return {name: matrix for name, matrix in held.items() if not name.startswith("__") and np.ndim(matrix) == 2}
 
@@ -337,10 +382,16 @@ def _triplets(path: Path, labels: list[tuple[str, str]]) -> dict[str, Sparse]:
             return {"": mmread(path)}
     lines = [line.replace(",", " ").split() for line in path.read_text().splitlines()]
     lines = [line for line in lines if line and line[0][0] not in "#*!%$"]
+    if len(labels) not in (3, 5) and {len(lines), *map(len, lines)} == {len(labels)}:  # row by row
+        return {"": np.array(lines, np.float64)}
     if not lines or any(len(line) != len(lines[0]) for line in lines) or len(lines[0]) not in (3, 5):
-        raise ValueError("each line must be 'row column value' or 'node direction node direction value'")
+        raise ValueError(
+            "each line must be 'row column value', 'node direction node direction value', or a row of the matrix"
+        )
     if len(lines[0]) == 3:
         rows, columns = (np.array([int(line[k]) - 1 for line in lines]) for k in (0, 1))
+        if min(rows.min(), columns.min()) < 0 or max(rows.max(), columns.max()) >= len(labels):
+            raise ValueError(f"rows and columns count from 1 to {len(labels)}, as the lines of the table of nodes do")
     else:
         number = {label: i for i, label in enumerate(labels)}
         rows, columns = (
@@ -366,27 +417,79 @@ FORMATS: dict[str, Callable[[Path, list[tuple[str, str]]], dict[str, Sparse]]] =
 
 def _refuse_impossible(given: Given) -> None:
     """Matrices that no rotor has."""
+    for way in ("ux", "uy"):
+        if way not in given.ways:
+            text = f"no row is {way}; positions count along the axis of the rotor, z, and across it are x and y"
+            raise MachineError(text, ("nodes",))
     for name, matrix in given.matrices.items():
         sign, word = (1.0, "antisymmetric") if name == "gyroscopic" else (-1.0, "symmetric")
-        apart = abs(matrix + sign * matrix.T)
-        if apart.max() > SYMMETRIC * max(abs(matrix).max(), 1e-300):
-            row, column = np.unravel_index(int(apart.toarray().argmax()) if apart.shape[0] < 3000 else 0, apart.shape)
+        apart = abs(matrix + sign * matrix.T).tocoo()
+        if apart.nnz and apart.max() > SYMMETRIC * abs(matrix).max():
+            row, column = (int(side[apart.data.argmax()]) for side in apart.coords)
             raise MachineError(
                 f"is not {word}: entries {row + 1}, {column + 1} and {column + 1}, {row + 1} differ by {apart.max():.3g}, "
-                f"its greatest is {abs(matrix).max():.3g}",
+                f"its greatest is {abs(matrix).max():.3g}; {SKEW[word]}",
                 (name,),
             )
-    mass = given.matrices["mass"].diagonal()
-    for wrong in np.flatnonzero(mass < 0.0):
-        raise MachineError(
-            f"is negative in row {wrong + 1}, {given.ways[wrong]} of node {given.nodes[wrong]}", ("mass",)
-        )
-    stiffness = given.matrices["stiffness"].diagonal()
+    mass, stiffness = given.matrices["mass"].diagonal(), given.matrices["stiffness"].diagonal()
+    if not mass.any():
+        raise MachineError("is zero", ("mass",))
+    for name in {"mass", "damping"} & set(given.matrices):
+        own, matrix = given.matrices[name].diagonal(), given.matrices[name].tocoo()
+        for wrong in np.flatnonzero(own < 0.0):
+            raise MachineError(f"is negative in row {_row_text(given, wrong)}; {ENERGY[name]}", (name,))
+        # of motions of two rows together: m_ij^2 <= m_ii m_jj
+        limit = np.sqrt(own[matrix.coords[0]] * own[matrix.coords[1]])
+        for wrong in np.flatnonzero(np.abs(matrix.data) > limit * (1.0 + SYMMETRIC) + ROUNDING * own.max()):
+            row, column = (int(side[wrong]) for side in matrix.coords)
+            raise MachineError(
+                f"entry {row + 1}, {column + 1} is {matrix.data[wrong]:.4g}, more than the entries {own[row]:.4g} and "
+                f"{own[column]:.4g} of its rows on the diagonal allow; {ENERGY[name]}",
+                (name,),
+            )
     for wrong in np.flatnonzero((stiffness == 0.0) & (mass == 0.0)):
-        raise MachineError(
-            f"row {wrong + 1}, {given.ways[wrong]} of node {given.nodes[wrong]}, has neither mass nor stiffness; leave it out",
-            ("mass",),
+        raise MachineError(f"row {_row_text(given, wrong)}, has neither mass nor stiffness; leave it out", ("mass",))
+    _refuse_strained(given)
+
+
+def _row_text(given: Given, row: Any) -> str:
+    return f"{row + 1}, {given.ways[row]} of node {given.nodes[row]}"
+
+
+def _refuse_strained(given: Given) -> None:
+    """Rows that do not fit each other: a motion of the whole has inertia, and strains nothing but what holds the rotor.
+
+    Of each row the force is compared with the sum of the sizes of its parts: it is as great where all act along one
+    direction, and zero where they cancel, as on a free node. Nodes that are held are few, so the median over the rows tells.
+    """
+
+    def share(forces: Matrix, sizes: Matrix) -> float:
+        return float(np.median(np.abs(forces[sizes > 0.0]) / sizes[sizes > 0.0])) if sizes.any() else 0.0
+
+    mass, stiffness = given.matrices["mass"], given.matrices["stiffness"].tocoo()
+    rows, columns = stiffness.coords
+    for u, r, sign in (("ux", "ry", 1.0), ("uy", "rx", -1.0)):
+        across, turning = given.ways == u, given.ways == r
+        if share((mass @ across)[across], (abs(mass) @ across)[across]) < FREE:
+            text = f"has no inertia at most nodes as the whole moves along {u[1]}, which is so of a stiffness; exchange M and K"
+            raise MachineError(text, ("mass",))
+        nodes = [sorted(np.array(given.nodes)[chosen]) for chosen in (across, turning)]
+        moved = (stiffness @ across)[across], (abs(stiffness) @ across)[across]
+        if nodes[0] != nodes[1] or share(*moved) > FREE:
+            continue  # nodes without rotations, or held almost everywhere
+        arms = (given.positions[columns] - given.positions[rows]) * across[columns]
+        moments, angles = (
+            np.bincount(rows, stiffness.data * motion, given.ways.size)[turning]
+            for motion in (arms, sign * turning[columns])
         )
+        if share(moments + angles, np.abs(moments) + np.abs(angles)) > STRAINED:
+            times = float(np.median(-moments[angles != 0.0] / angles[angles != 0.0]))
+            hint = next((text for low, high, text in TURNED if low < times < high), "")
+            raise MachineError(
+                f"bends most nodes as the whole turns, {r} = 1 rad, where a free body has no strain; it has none with "
+                f"{times:.4g} rad. {hint}Look at length_unit, and at the unit and the order of the lines of 'nodes'",
+                ("stiffness",),
+            )
 
 
 def _polar_inertia(given: Given) -> float:
@@ -401,7 +504,8 @@ def _polar_inertia(given: Given) -> float:
     inertia, across = float(about_x @ (given.matrices["gyroscopic"] @ about_y)), float(about_y @ (mass @ about_y))
     if inertia < 0.0:
         raise MachineError(
-            "turns the wrong way: its polar inertia is negative, so it is for a rotor that turns about -z; change its sign",
+            "turns the wrong way: its polar inertia is negative, so it is for a rotor that turns about -z, or 'nodes' has "
+            "the rows in another order; change its sign",
             ("gyroscopic",),
         )
     if inertia > 2.0 * across * (1.0 + 1e-6):

@@ -320,19 +320,19 @@ def input_notes(machine: Machine, end: float | None) -> tuple[str, ...]:
 
 
 def _too_heavy(machine: Machine) -> tuple[str, ...]:
-    """A mass without a unit beside which the balls of the machine are nothing."""
+    """A mass without a unit, or that of matrices, beside which the balls of the machine are nothing."""
     mass = getattr(machine.rotor, "mass", None)
     able = sum(ball.moment for ball in resolve(machine))
-    if (
-        not isinstance(mass, float)
-        or isinstance(mass, WrittenFloat)
-        or mass > USUAL["kg"][1]
-        or not 0.0 < able < SMALLEST_SHIFT * mass
-    ):
+    if not isinstance(mass, float) or isinstance(mass, WrittenFloat) or not 0.0 < able < SMALLEST_SHIFT * mass:
+        return ()
+    little = f"beside it the balls can move the center of mass by {1e6 * able / mass:.2g} um at most"
+    if isinstance(machine.rotor, MatricesRotor):
+        return (f"the rotor has {mass:.4g} kg; {little}. Look at the unit of its matrices (rotor.files.mass_unit)",)
+    if mass > USUAL["kg"][1]:
         return ()
     return (
-        f"rotor.mass = {mass:.10g} was read in kg, since a number without a unit is SI; beside it the balls can move the center "
-        f'of mass by {1e6 * able / mass:.2g} um at most. Write the mass with its unit, "{mass:.10g} g" if that is meant',
+        f"rotor.mass = {mass:.10g} was read in kg, since a number without a unit is SI; {little}. "
+        f'Write the mass with its unit, "{mass:.10g} g" if that is meant',
     )
 
 

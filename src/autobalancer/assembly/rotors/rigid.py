@@ -243,15 +243,17 @@ def given(rotor: MatricesRotor, gravity: float = 0.0) -> LateralModel:
 
 
 def _refuse_loose(stiffness: Matrix) -> None:
-    """Refuse a rotor that nothing holds across its axis."""
+    """Refuse a rotor that nothing holds across its axis, or that its stiffness drives away."""
     scale = np.sqrt(np.abs(np.diag(stiffness)))
-    free = not scale.all()
-    if not free:
-        values = np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T) / np.outer(scale, scale))
-        free = bool(np.abs(values).min() < LOOSE * np.abs(values).max())
-    if free:
+    least, most = -1.0 if (np.diag(stiffness) < 0.0).any() else 0.0, 1.0
+    if scale.all() and least == 0.0:
+        least, *_, most = np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T) / np.outer(scale, scale))
+    if least < LOOSE * most:
         text = (
             "nothing holds the rotor across its axis; give it supports, or matrices that contain those of its bearings"
+            if least > -LOOSE * most
+            else "the stiffness of the rotor with its supports is negative for some motion, so it does not rest; "
+            "K is that of M q'' + K q = f, with a positive diagonal"
         )
         raise MachineError.of("Machine", [(("rotor", "supports"), text)])
 
