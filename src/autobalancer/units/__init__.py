@@ -5,38 +5,18 @@ string with a unit. :class:`WrittenFloat` is the float that remembers how it was
 and saved again keeps its author's units.
 """
 
-from autobalancer.units.quantity import (
-    WrittenFloat,
-    argument,
-    column_factor,
-    ends_argument,
-    field_arguments,
-    from_si,
-    list_argument,
-    option_to_si,
-    optional_argument,
-    sample,
-    samples_of,
-    shortened,
-    texts_argument,
-    to_si,
-    unbalance_argument,
-)
-
-__all__ = [
-    "WrittenFloat",
-    "argument",
-    "column_factor",
-    "ends_argument",
-    "field_arguments",
-    "from_si",
-    "list_argument",
-    "option_to_si",
-    "optional_argument",
-    "sample",
-    "samples_of",
-    "shortened",
-    "texts_argument",
-    "to_si",
-    "unbalance_argument",
-]
+from autobalancer.units.quantity import WrittenFloat as WrittenFloat
+from autobalancer.units.quantity import argument as argument
+from autobalancer.units.quantity import column_factor as column_factor
+from autobalancer.units.quantity import ends_argument as ends_argument
+from autobalancer.units.quantity import field_arguments as field_arguments
+from autobalancer.units.quantity import from_si as from_si
+from autobalancer.units.quantity import list_argument as list_argument
+from autobalancer.units.quantity import option_to_si as option_to_si
+from autobalancer.units.quantity import optional_argument as optional_argument
+from autobalancer.units.quantity import sample as sample
+from autobalancer.units.quantity import samples_of as samples_of
+from autobalancer.units.quantity import shortened as shortened
+from autobalancer.units.quantity import texts_argument as texts_argument
+from autobalancer.units.quantity import to_si as to_si
+from autobalancer.units.quantity import unbalance_argument as unbalance_argument

@@ -26,6 +26,7 @@ from autobalancer.machine.part import Duration, ForceSize, Label, Length, Quanti
 from autobalancer.progress import shows_progress
 from autobalancer.results.answers.answer import Labeled, provenance
 from autobalancer.results.archive import Archive
+from autobalancer.results.labels import labeled
 from autobalancer.simulation.chamber.bounds import (
     ChamberBounds,
     bounds,
@@ -677,20 +678,16 @@ def _dataset(spec: ChamberSpec, designs: Sequence[ChamberDesign], how: str) -> D
 
 def _of_runs(
     along: str, rows: Sequence[Mapping[tuple[float, int], Mapping[str, float]]], dataset: xr.Dataset
-) -> dict[str, Any]:
+) -> xr.Dataset:
     """Numbers of every full run over ``along``, unbalance and seed; nan of those that did not run or are not known."""
     keys = list(product(dataset["unbalance"].values.tolist(), dataset["seed"].values.tolist()))
     shape = (len(rows), dataset.sizes["unbalance"], dataset.sizes["seed"])
     held = {}
     for name, (unit, text) in {**RUN_LIMITS, "share_carried": ("1", "share of the balls that go around")}.items():
         values = np.array([[row[key][name] if key in row else math.nan for key in keys] for row in rows], np.float64)
-        attrs = {"units": unit, "long_name": f"{text}, of every run"}
-        held[f"{name}_of_runs"] = (
-            (along, "unbalance", "seed"),
-            np.where(np.isinf(values), np.nan, values).reshape(shape),
-            attrs,
-        )
-    return held
+        known = np.where(np.isinf(values), np.nan, values).reshape(shape)
+        held[f"{name}_of_runs"] = ((along, "unbalance", "seed"), known, f"{text}, of every run", unit)
+    return labeled(held)
 
 
 # How much a design depends on what is never exactly as assumed: unbalance, friction, sizes.
@@ -756,13 +753,14 @@ def design_sensitivity(
     rows = judged_runs(jobs, spec, spec.duration, progress)
     by_case = [_columns(rows[k : k + len(seeds)]) for k in range(0, len(rows), len(seeds))]
     numbers_by_case = [numbers_of_runs(spec, [columns]) for columns in by_case]
-    dataset = xr.Dataset(coords={"change": [name for name, _, _ in cases]})
-    for name, (unit, text) in {**RUN_LIMITS, "stall": ("1", STALLS)}.items():
-        for ending, meaning in (("", text), ("_median", f"{text}; median")):
-            if name + ending in numbers_by_case[0]:
-                values = [found[name + ending] for found in numbers_by_case]
-                dataset[name + ending] = ("change", np.array(values), {"units": unit, "long_name": meaning})
+    numbers = {
+        name + ending: ("change", np.array([found[name + ending] for found in numbers_by_case]), text + median, unit)
+        for name, (unit, text) in {**RUN_LIMITS, "stall": ("1", STALLS)}.items()
+        for ending, median in (("", ""), ("_median", "; median"))
+        if name + ending in numbers_by_case[0]
+    }
     title = f"{candidate.label}: what changes if something is not as designed"
+    dataset = labeled(numbers, {"change": ("change", [name for name, _, _ in cases])})
     return Labeled.of(dataset.assign_attrs(title=title, **provenance(), machine_name=machine.name))
 
 

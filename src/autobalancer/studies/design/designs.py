@@ -18,6 +18,7 @@ from autobalancer.files.machine_file import parse_machine
 from autobalancer.random_numbers import wilson_interval
 from autobalancer.results.answers.answer import Answer, Form, provenance
 from autobalancer.results.display_units import axis_unit, moment_text, significant
+from autobalancer.results.labels import labeled
 from autobalancer.studies.design.candidate import Design
 from autobalancer.studies.design.specification import MASS, OUTER, STALL, Asked
 from autobalancer.tables import Column, rpm_and_si
@@ -524,7 +525,8 @@ def refuse_none(spec: Any, designs: Sequence[Design]) -> None:
 
 
 ENDS = {"low": "lower end of its 95 % interval", "high": "upper end of its 95 % interval"}
-OF_ALL: tuple[tuple[str, Callable[[Design], Any], str, str], ...] = (  # name, number or text, what it is, unit
+Described = tuple[str, Callable[[Any], Any], str, str]  # name, number or text, what it is, unit
+OF_ALL: tuple[Described, ...] = (
     ("capability", lambda d: d.capability, "unbalance that the balls of a plane can balance", "kg m"),
     ("capability_margin", lambda d: d.margin, "capability over what is to be balanced, the least of all planes", "1"),
     ("ball_mass", lambda d: d.ball_mass, "mass of all balls", "kg"),
@@ -535,7 +537,7 @@ OF_ALL: tuple[tuple[str, Callable[[Design], Any], str, str], ...] = (  # name, n
 def dataset_of(
     spec: Asked,
     designs: Sequence[Design],
-    described: Sequence[tuple[str, Callable[[Any], Any], str, str]],
+    described: Sequence[Described],
     stalls: str,
     text_of: Callable[[Any], str],
     attributes: Mapping[str, Any],
@@ -561,49 +563,8 @@ def dataset_of(
     ranked = ordered(spec, [design for design in designs if design.numbers])
     place = {id(one): number for number, (one, _) in enumerate(ranked, start=1)}
     front = {id(one): level for one, level in ranked}
-    numbered = ("design", np.arange(1, len(designs) + 1), {"long_name": "number of the candidate"})
-    kept = {"limits": json.dumps(spec.limits), "objectives": list(spec.objectives), "share": spec.share}
-    dataset = xr.Dataset(coords={"design": numbered}, attrs={**provenance(), **kept, **attributes})
-
-    def add(name: str, values: Sequence[Any], text: str, unit: str = "") -> None:
-        kept = (
-            np.array(values, dtype=object) if values and isinstance(values[0], str) else np.asarray(values, np.float64)
-        )
-        dataset[name] = ("design", kept, {"long_name": text, **({"units": unit} if unit else {})})
-
-    add("label", _labels(designs), "what it is")
-    for name, numbers, text in (
-        ("place", place, "place among those that ran, 1 for the best"),
-        ("front", front, "number of its Pareto front among designs that keep or miss as many limits, 0 for the first"),
-    ):
-        add(name, [float(numbers.get(id(design), np.nan)) for design in designs], text)
-    add(
-        "meets",
-        [float(meets(spec, design)) if design.numbers else -1.0 for design in designs],
-        "1: keeps all limits in its runs; 0: too few runs to say; -1: does not",
-    )
-    # by how much limits are missed, or why a candidate was not run
-    beyond = [misses(spec, design) if design.numbers else {} for design in designs]
-    add("misses", [float(len(one)) for one in beyond], "limits on the runs that it misses, their number", "1")
-    add(
-        "missed",
-        [missed(spec, design) if design.numbers else design.stage for design in designs],
-        "limits that it misses, or what ruled it out",
-    )
-    add(
-        "stage",
-        [design.stage for design in designs],
-        f"what ruled it out: {', '.join(STAGES[:-1])}; {STAGES[-1]!r} if it ran",
-    )
-    add("reason", [design.reason for design in designs], "why it was ruled out")
-    add(
-        "excess",
-        [design.excess if design.reason else sum(more.values()) for design, more in zip(designs, beyond, strict=True)],
-        "how far it misses that, or limits on the runs added up, over what is allowed",
-        "1",
-    )
-    for name, of, text, unit in (*described, *OF_ALL):
-        add(name, [of(design) for design in designs], text, unit)
+    labels = {id(one): label for one, label in zip(designs, _labels(designs), strict=True)}
+    beyond = {id(one): misses(spec, one) if one.numbers else {} for one in designs}
     # what the runs gave: the share that the specification names, the median, shares with their intervals
     measured: list[tuple[str, str, str]] = []
     for name, (unit, text) in spec.run_limits.items():
@@ -614,24 +575,41 @@ def dataset_of(
     for name, text in {"stall": stalls, "balanced": "share of the runs that end balanced", **shares}.items():
         if any(name in design.numbers for design in designs):
             measured += [(name, text, "1"), *((f"{name}_{end}", f"{text}; {said}", "1") for end, said in ENDS.items())]
-    for name, text, unit in measured:
-        add(name, [design.numbers.get(name, np.nan) for design in designs], text, unit)
-    add(
-        "drag_warning", [design.drag_warning for design in designs], "where its balls leave the range of their drag law"
-    )
-    add("passage", [design.passage for design in designs], "where its passage is worse than without balls")
-    add(
-        "used",
-        [used(spec, design) if design.numbers else np.nan for design in designs],
-        "greatest share of a limit that it uses up",
-        "1",
-    )
-    dataset["machine"] = (
-        "design",
-        np.array([text_of(design) if id(design) in place else "" for design in designs], dtype=object),
-        {"long_name": "machine file"},
-    )
-    return Designed.of(dataset)
+    on_front = "number of its Pareto front among designs that keep or miss as many limits, 0 for the first"
+    kept = "1: keeps all limits in its runs; 0: too few runs to say; -1: does not"
+    far = "how far it misses that, or limits on the runs added up, over what is allowed"
+    columns: list[Described] = [
+        ("label", lambda d: labels[id(d)], "what it is", ""),
+        ("place", lambda d: float(place.get(id(d), np.nan)), "place among those that ran, 1 for the best", ""),
+        ("front", lambda d: float(front.get(id(d), np.nan)), on_front, ""),
+        ("meets", lambda d: float(meets(spec, d)) if d.numbers else -1.0, kept, ""),
+        # by how much limits are missed, or why a candidate was not run
+        ("misses", lambda d: float(len(beyond[id(d)])), "limits on the runs that it misses, their number", "1"),
+        (
+            "missed",
+            lambda d: missed(spec, d) if d.numbers else d.stage,
+            "limits that it misses, or what ruled it out",
+            "",
+        ),
+        ("stage", lambda d: d.stage, f"what ruled it out: {', '.join(STAGES[:-1])}; {STAGES[-1]!r} if it ran", ""),
+        ("reason", lambda d: d.reason, "why it was ruled out", ""),
+        ("excess", lambda d: d.excess if d.reason else sum(beyond[id(d)].values()), far, "1"),
+        *described,
+        *OF_ALL,
+        *((name, lambda d, name=name: d.numbers.get(name, np.nan), text, unit) for name, text, unit in measured),
+        ("drag_warning", lambda d: d.drag_warning, "where its balls leave the range of their drag law", ""),
+        ("passage", lambda d: d.passage, "where its passage is worse than without balls", ""),
+        ("used", lambda d: used(spec, d) if d.numbers else np.nan, "greatest share of a limit that it uses up", "1"),
+        ("machine", lambda d: text_of(d) if id(d) in place else "", "machine file", ""),
+    ]
+    data = {}
+    for name, of, text, unit in columns:
+        values = [of(design) for design in designs]
+        kind = object if values and isinstance(values[0], str) else np.float64
+        data[name] = ("design", np.array(values, dtype=kind), text, *filter(None, [unit]))
+    numbered = {"design": ("design", np.arange(1, len(designs) + 1), "number of the candidate")}
+    asked = {"limits": json.dumps(spec.limits), "objectives": list(spec.objectives), "share": spec.share}
+    return Designed.of(labeled(data, numbered, {**provenance(), **asked, **attributes}))
 
 
 def _labels(designs: Sequence[Design]) -> list[str]:
