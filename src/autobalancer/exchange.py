@@ -34,8 +34,9 @@ from autobalancer.errors import QuestionError, one_of
 from autobalancer.files.fmi_description import Description, write_unit
 from autobalancer.files.machine_file import balls_in_races
 from autobalancer.kernels.balls.element import element
+from autobalancer.kernels.balls.race_events import adherence, impacts_and_adherence, rigid_contact
 from autobalancer.kernels.compiler.object_code import function_at, intermediate_code, object_code
-from autobalancer.kernels.integrators.integrator_state import no_switch, switch_type
+from autobalancer.kernels.integrators.integrator_state import switch_type
 from autobalancer.kernels.integrators.recording import Record
 from autobalancer.kernels.integrators.runge_kutta import advance
 from autobalancer.kernels.measures.observables import observe
@@ -86,7 +87,7 @@ class Prepared(NamedTuple):
     def image(self) -> Image:
         """As one block of memory."""
         return Image(
-            system=self.assembly.system, pair=self.stepper.pair, record=self.record, memory=self.stepper.memory,
+            system=self.assembly.system, record=self.record, pair=self.stepper.pair, memory=self.stepper.memory,
             inputs=self.inputs, desk=self.desk, ring=np.zeros((1, 1 + self.assembly.state.size)),
         )  # fmt: skip
 
@@ -181,9 +182,16 @@ def _spans(ready: Prepared, image: Image) -> list[tuple[int, int]]:
     return [*(span for span in found if span[1]), (image.data["memory.stages"], ready.assembly.state.size)]
 
 
-def _switches(ready: Prepared) -> bool:
-    """Whether the equations switch where only the motion tells: balls that stick or touch rigidly."""
-    return ready.stepper.moving.switch is not no_switch
+def _indicators(ready: Prepared) -> int:
+    """Number of indicators of events, as in ``race_events.py``: one of each ball that friction can hold, and of each contact."""
+    system, switch = ready.assembly.system, ready.stepper.moving.switch
+    if switch not in (adherence, impacts_and_adherence, rigid_contact):
+        return 0
+    balls, contacts = system.balls, system.contacts
+    rubbing = ((balls.rolling > 0.0) | (balls.adherence > 0.0)).sum()
+    if switch is not rigid_contact:
+        return int(rubbing)
+    return int(rubbing + (contacts.rigid == 1).sum() + 2 * (contacts.wall_rigid != 0).sum() + 1)
 
 
 def _reference(places: Places) -> int:
@@ -207,7 +215,6 @@ class Content(NamedTuple):
     numbers: dict[str, Any]  # names in C
     tables: list[str]  # in C
     kernels: dict[str, tuple[Any, Any]]
-    exchange: bool  # whether a host may integrate it
 
 
 def _content_of_machine(machine: Machine, options: _Options) -> Content:
@@ -238,9 +245,9 @@ def _content_of_machine(machine: Machine, options: _Options) -> Content:
         "ab_kernel_advance": (advance, None), "ab_kernel_rates": (rates, rhs_type.signature),
         "ab_kernel_switch": (switch, switch_type.signature), "ab_kernel_observe": (observe, None),
     }  # fmt: skip
+    numbers["INDICATOR_COUNT"] = _indicators(ready)
     shown, states = [each.about for each in outputs], _states(ready.assembly)
-    inputs = _inputs(ready, options.drive)
-    return Content("autobalancer.c", image, states, shown, inputs, numbers, tables, kernels, not _switches(ready))
+    return Content("autobalancer.c", image, states, shown, _inputs(ready, options.drive), numbers, tables, kernels)
 
 
 def _inputs(ready: Prepared, drive: str) -> list[Variable]:
@@ -297,11 +304,10 @@ def _content_of_balls(machine: Machine, options: _Options) -> Content:
     balls = its.system.balls
     numbers = {
         "STATE": image.data["state"], "SYSTEM": image.starts["system"], "ROWS": len(rows), "TOLERANCE": options.tolerance,
-        "DECAY": float((balls.drag / balls.inertia).max(initial=0.0)),
+        "DECAY": float((balls.drag / balls.inertia).max(initial=0.0)), "INDICATOR_COUNT": 0,
     }  # fmt: skip
-    return Content(
-        "balancer.c", image, hidden, outputs, inputs, numbers, [], {"ab_kernel_element": (element, None)}, True
-    )
+    kernels = {"ab_kernel_element": (element, None)}
+    return Content("balancer.c", image, hidden, outputs, inputs, numbers, [], kernels)
 
 
 def machine_data(content: Content, known: Known, laws: dict[int, Any]) -> str:
@@ -402,10 +408,10 @@ class Exported(NamedTuple):
 
     path: Path
     systems: tuple[str, ...]  # for which there is a library
-    parameters: tuple[str, ...]  # paths of what can be changed
+    parameters: tuple[Variable, ...]  # what can be changed: paths, and values with least and greatest, SI
     fixed: tuple[str, ...]  # paths of numbers that cannot be
     outputs: tuple[str, ...]
-    missing: str  # why there is no library for some system, or no Model Exchange; empty if there is all
+    missing: str  # why there is no library for some system; empty if there is one for each
 
 
 def export(
@@ -486,15 +492,14 @@ def export(
         defined = [f'-DAB_SOURCE="{content.source}"', f"-DFMI_VERSION={fmi[0]}"] if unit else []
         built, missing = _built(folder, code, name, [*defined, extra if unit else content.source])
         if unit:
-            missing += "" if content.exchange else NO_EXCHANGE
-            about = Description(name, machine.name, token, fmi, end, tolerance, content.exchange)
+            about = Description(name, machine.name, token, fmi, end, tolerance, content.numbers["INDICATOR_COUNT"])
             write_unit(place, folder, about, content.states, content.outputs, known.parameters, content.inputs, built)
         else:
             place.mkdir(parents=True, exist_ok=True)
             for source in folder.iterdir():
                 write_safely(place / source.name, partial(shutil.copyfile, source))
     outputs = tuple(each.name for each in content.outputs)
-    return Exported(place, tuple(built), tuple(one.name for one in known.parameters), known.fixed, outputs, missing)
+    return Exported(place, tuple(built), known.parameters, known.fixed, outputs, missing)
 
 
 OUTSIDE = {
@@ -502,10 +507,6 @@ OUTSIDE = {
     "speed": ("drive",),
     "torque": ("drive.torque", "drive.profile"),
 }  # what comes from there has no parameters
-NO_EXCHANGE = (
-    " It has Co-Simulation only: its balls stick or touch rigidly, which the steps of the machine must find; without "
-    "`friction`, and with a soft contact or none, there is Model Exchange too."
-)
 
 
 def _refuse_drive(machine: Machine, drive: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -337,13 +338,22 @@ def export(
     described: Any = ab.load_machine(machine)
     kept: Any = {"part": part, "drive": drive, "fmi": fmi, "duration": duration, "tolerance": tolerance, "seed": seed}
     written = ab.export(described, out, **kept)
+    bounded = [one for one in written.parameters if math.isfinite(one.greatest - one.least)]
     facts = [
         ("for", ", ".join(written.systems)),
-        ("can be changed", ", ".join(written.parameters) or "nothing"),
+        ("can be changed", ", ".join(one.name for one in written.parameters) or "nothing"),
+        (
+            "only within (SI)",
+            "\n".join(f"{one.name}: {one.least:.4g} to {one.greatest:.4g}" for one in bounded) or "nothing",
+        ),
         ("fixed", ", ".join(written.fixed) or "nothing else"),
         ("outputs", ", ".join(written.outputs)),
     ]
-    plain = {**written._asdict(), "path": str(written.path)}
+    plain = {
+        **written._asdict(),
+        "path": str(written.path),
+        "parameters": [one._asdict() for one in written.parameters],
+    }
     return Reply(
         None, plain, f"{described.name}: {written.path}", facts, lines=[written.missing] if written.missing else []
     )

@@ -13,7 +13,15 @@ from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 from autobalancer.results.labels import Variable
 from autobalancer.safe_file import write_safely
 
-FIRST = {"state": 1000, "rate": 2000, "output": 3000, "parameter": 4000, "input": 5000}  # value references, as in fmi.c
+# value references, as in fmi.c
+FIRST = {
+    "state": 1000,
+    "rate": 2000,
+    "output": 3000,
+    "parameter": 4000,
+    "input": 5000,
+    "indicator": 6000,
+}  # value references, as in fmi.c
 FOLDERS = {
     "2.0": {"linux": "linux64", "windows": "win64"},
     "3.0": {"linux": "x86_64-linux", "windows": "x86_64-windows"},
@@ -35,7 +43,7 @@ class Description(NamedTuple):
     version: str
     end: float
     tolerance: float
-    exchange: bool  # whether an importer may integrate it
+    indicators: int = 0  # of events, for an importer that integrates it
 
 
 def write_unit(
@@ -87,18 +95,19 @@ def model_description(
         "variableNamingConvention": "flat",
     })  # fmt: skip
     if not three:
-        root.set("numberOfEventIndicators", "0")
+        root.set("numberOfEventIndicators", str(about.indicators))
     able = {"canGetAndSetFMUState" if three else "canGetAndSetFMUstate": "true",
             "canSerializeFMUState" if three else "canSerializeFMUstate": "true",
             "providesDirectionalDerivatives" if three else "providesDirectionalDerivative": "true"}  # fmt: skip
-    if about.exchange:
-        ElementTree.SubElement(root, "ModelExchange", {"modelIdentifier": about.identifier, **able})
+    ElementTree.SubElement(root, "ModelExchange", {"modelIdentifier": about.identifier, **able})
     ElementTree.SubElement(
         root,
         "CoSimulation",
         {"modelIdentifier": about.identifier, "canHandleVariableCommunicationStepSize": "true", **able},
     )
-    _units(root, {v.unit for v in (*states, *outputs, *parameters, *inputs)} | {_rate(v.unit) for v in states} | {"s"})
+    _units(
+        root, {v.unit for v in (*states, *outputs, *parameters, *inputs)} | {_rate(v.unit) for v in states} | {"s", "1"}
+    )
     ElementTree.SubElement(
         root, "DefaultExperiment", {"startTime": "0", "stopTime": repr(about.end), "tolerance": repr(about.tolerance)}
     )
@@ -120,7 +129,19 @@ def model_description(
         add(listed, parameter, FIRST["parameter"] + number, causality="parameter", variability="fixed", initial="exact")
     for number, variable in enumerate(inputs):
         add(listed, variable, FIRST["input"] + number, causality="input", variability="continuous")
-    _structure(root, len(states), len(outputs), three)
+    for number in range(about.indicators if three else 0):
+        indicator = Variable(
+            f"event_indicator[{number + 1}]", "1", "positive until a ball stops, leaves or touches", math.nan
+        )
+        add(
+            listed,
+            indicator,
+            FIRST["indicator"] + number,
+            causality="local",
+            variability="continuous",
+            initial="calculated",
+        )
+    _structure(root, len(states), len(outputs), about.indicators if three else 0, three)
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
@@ -156,7 +177,7 @@ def _numbers(variable: Variable, kinds: Mapping[str, str]) -> dict[str, str]:
     return found | ({"start": repr(variable.start)} if given else {})
 
 
-def _structure(root: ElementTree.Element, states: int, outputs: int, three: bool) -> None:
+def _structure(root: ElementTree.Element, states: int, outputs: int, indicators: int, three: bool) -> None:
     structure = ElementTree.SubElement(root, "ModelStructure")
     references = {
         "Output": range(FIRST["output"], FIRST["output"] + outputs),
@@ -168,7 +189,8 @@ def _structure(root: ElementTree.Element, states: int, outputs: int, three: bool
         *references["Output"],
     ]
     if three:
-        for kind, these in {**references, "InitialUnknown": initial}.items():
+        events = range(FIRST["indicator"], FIRST["indicator"] + indicators)
+        for kind, these in {**references, "InitialUnknown": initial, "EventIndicator": events}.items():
             for reference in these:
                 ElementTree.SubElement(structure, kind, {"valueReference": str(reference)})
         return

@@ -239,7 +239,7 @@ def balancer_element(machine: Machine | str | Path, *, seed: int = 0) -> Balance
 def _refuse_events(machine: Machine) -> None:
     """Refuse balls whose motion is not one smooth rate of their own states."""
     if not machine.balancers:
-        raise QuestionError("balancer_element: the machine has no balancers; give it some")
+        raise QuestionError("balls alone: the machine has no balancers; give it some")
     for b, balancer in enumerate(machine.balancers):
         for r, race in enumerate(balancer.races):
             obstacles = {
@@ -249,7 +249,7 @@ def _refuse_events(machine: Machine) -> None:
             }
             for what, there in obstacles.items():
                 if there:
-                    raise QuestionError(f"balancer_element: balancers[{b + 1}].races[{r + 1}].{what}")
+                    raise QuestionError(f"balls alone: balancers[{b + 1}].races[{r + 1}].{what}")
 
 
 def _refuse_rigid(assembly: Assembly) -> None:
@@ -257,6 +257,6 @@ def _refuse_rigid(assembly: Assembly) -> None:
     for ball, row in zip(assembly.balls, assembly.system.contacts, strict=True):
         if row.rigid or row.wall_rigid:
             raise QuestionError(
-                f"balancer_element: balancers[{ball.balancer + 1}].races[{ball.race + 1}]: its balls meet rigidly, which takes "
+                f"balls alone: balancers[{ball.balancer + 1}].races[{ball.race + 1}]: its balls meet rigidly, which takes "
                 "an instant; give contact.stiffness, or collisions = false"
             )

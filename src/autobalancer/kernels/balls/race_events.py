@@ -18,6 +18,7 @@ from autobalancer.kernels.balls.rigid_impacts import (
     close,
     count_bound,
     exists,
+    free_of_contacts,
     gap,
     is_closed,
     is_loose,
@@ -26,7 +27,7 @@ from autobalancer.kernels.balls.rigid_impacts import (
     settle,
     thin,
 )
-from autobalancer.kernels.balls.rigid_torques import FAR, LEAST, NOW, OWN_PULL, PULL, WHEN
+from autobalancer.kernels.balls.rigid_torques import FAR, LEAST, NOW, OWN_PULL, PULL, WHEN, capacity
 from autobalancer.kernels.compiler.flags import ADDRESSED, INLINE, PART, njit
 from autobalancer.kernels.compiler.numba_struct import data, deref
 from autobalancer.kernels.integrators.dense_output import component, evaluate, polynomials
@@ -60,6 +61,7 @@ from autobalancer.kernels.records import (
 )
 from autobalancer.kernels.system import BALLS, SPEED, System, system_at
 
+INDICATE, HAPPEN = SHORTEST + 1, SHORTEST + 2  # what another program asks that integrates the machine itself
 PIECES = 16  # into which a step is cut in search of a ball that turns round and back
 SHORT = 1e-8  # rad of rotor angle in the shortest step for the sake of a ball that breaks loose
 
@@ -81,6 +83,8 @@ def adherence(ask: int, time: float, rates: Any, parameters: Any, pair: Any) -> 
         _pass(time, rates, parameters, pair)
     elif ask == SHORTEST:
         return SHORT / max(1.0, abs(m.start[SPEED]))
+    elif ask >= INDICATE:
+        return _host(ask, time, rates, parameters, pair, False)
     return 0.0
 
 
@@ -369,6 +373,8 @@ def rigid_contact(ask: int, time: float, rates: Any, parameters: Any, pair: Any)
         _pass_contact(time, rates, parameters, pair)
     elif ask == SHORTEST:
         return SHORT / max(1.0, abs(m.start[SPEED]))
+    elif ask >= INDICATE:
+        return _host(ask, time, rates, parameters, pair, True)
     return 0.0
 
 
@@ -541,3 +547,87 @@ def _pass_contact(time, rates, parameters, pair):  # type: ignore[no-untyped-def
     p.rigid.margin[WHEN] = time
     p.rigid.margin[PULL] = p.rigid.margin[OWN_PULL] * 2.0 ** min(max(p.rigid.bound[1] - 30, 0), 40)
     m.counts[EVALUATIONS] += settle(time, data(m.state), rates, parameters, m.state.size, 0.0, _limits(p, m))
+
+
+# For another program that integrates the machine itself and looks for events by the sign of indicators.
+
+
+@njit(**PART)
+def _host(ask, time, rates, parameters, pair, rigid):  # type: ignore[no-untyped-def]
+    """INDICATE puts numbers into ``m.stages`` that are positive until something is due in ``m.state``; returns how many.
+
+    HAPPEN makes what is due there, and chooses the equations that follow; returns whether the state changed. A speed or a
+    gap is due a tenth of its tolerance beyond zero, so that one that begins at zero is not. A flight that is lower than ten
+    times the tolerance is not flown, as the other program would find its end by chance; ``m.absolute`` is of its tolerance.
+    """
+    (_, m), p = deref(pair), deref(system_at(parameters))
+    state, before, n, far, changed = data(m.state), data(m.start), p.ball_count, 1.0, 0.0
+    if ask == INDICATE:
+        return _indicate(time, rates, parameters, pair, rigid)
+    for i in range(m.state.size):
+        before[i] = state[i]
+    # what has stopped or gone too deep; at the start also what is as good as closed
+    first = m.counts[ACCEPTED] == 0
+    m.counts[ACCEPTED] = 1
+    rates(time, state, data(m.trial), parameters)
+    for k in range(n):
+        far = max(far, abs(state[BALLS + k]))
+        moving, place = p.guided[k], BALLS + n + k
+        if rubs(p.balls[k]) and moving.mode * state[place] < 0.0:
+            moving.mode, state[place] = 0.0, 0.0
+        elif rubs(p.balls[k]) and state[place] != 0.0:
+            moving.mode = math.copysign(1.0, state[place])
+        for kind in (NEXT, BEHIND, AHEAD):
+            if exists(p, kind, k) and not is_closed(p, kind, k) and gap(state, p, kind, k) < 0.0:
+                _put_back(state, data(m.trial), p, kind, k)
+    if rigid:
+        limits = Limits(0.1 * m.absolute[BALLS + n], 10.0 * m.absolute[BALLS] * far)
+        if first:
+            free_of_contacts(parameters)
+            count_bound(parameters)
+        settle(time, state, rates, parameters, m.state.size, NEAR if first else 0.0, limits)
+    else:
+        rates(time, state, data(m.trial), parameters)
+        for k in range(n):
+            if at_rest(p, k) and is_loose(p, k):
+                p.guided[k].mode = math.copysign(1.0, p.guided[k].need)
+    for i in range(m.state.size):
+        changed = 1.0 if state[i] != before[i] else changed
+    return changed
+
+
+@njit(**INLINE)
+def _put_back(state: Any, rates: Any, p: System, kind: int, k: int) -> None:
+    """Put balls that are too deep back to where they touch, with the speed that they had there."""
+    deep, fast = -gap(state, p, kind, k), opening(state, p, kind, k)
+    gained = max(0.0, -2.0 * opening(rates, p, kind, k) * deep)
+    slower = -fast - math.sqrt(max(0.0, fast * fast - gained)) if fast < 0.0 else 0.0
+    share, at, other = -0.5 if kind == NEXT else 1.0 if kind == BEHIND else -1.0, BALLS + k, BALLS + p.contacts[k].next
+    state[at] += share * deep
+    state[at + p.ball_count] += share * slower
+    if kind == NEXT:
+        state[other] += 0.5 * deep
+        state[other + p.ball_count] += 0.5 * slower
+
+
+@njit(**PART)
+def _indicate(time, rates, parameters, pair, rigid):  # type: ignore[no-untyped-def]
+    (_, m), p = deref(pair), deref(system_at(parameters))
+    n, count, state, found = p.ball_count, 0, data(m.state), data(m.stages)
+    slow, low, margin = 0.1 * m.absolute[BALLS + n], 0.1 * m.absolute[BALLS], data(p.rigid.margin)
+    margin[NOW] = FAR
+    rates(time, state, data(m.trial), parameters)
+    for k in range(n):
+        moving = p.guided[k]
+        if rubs(p.balls[k]):
+            held = (1.0 + 1e-9) * capacity(p, k) - abs(moving.need) + 1e-300 if moving.bound == 0 else 1.0
+            found[count] = held if moving.mode == 0.0 else moving.mode * state[BALLS + n + k] + slow
+            count += 1
+        for kind in (NEXT, BEHIND, AHEAD):
+            if exists(p, kind, k):
+                found[count] = 1.0 if is_closed(p, kind, k) else gap(state, p, kind, k) + low
+                count += 1
+    if rigid:  # what presses least of all contacts that are closed
+        found[count] = min(margin[NOW] + 2.0 * margin[PULL], 1.0)
+        count += 1
+    return float(count)

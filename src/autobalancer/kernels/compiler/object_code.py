@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -57,6 +58,7 @@ def intermediate_code(kernels: Mapping[str, tuple[Any, Any]]) -> str:
     return str(whole)
 
 
+@lru_cache(maxsize=2)
 def object_code(code: str, system: str) -> bytes:
     """An object file of such a module for ``linux`` or ``windows``."""
     machine = _machine(system)

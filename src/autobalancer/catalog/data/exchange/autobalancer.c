@@ -201,15 +201,36 @@ void ab_outputs(ab_machine *m, double *outputs) {
 
 #ifdef FMI_VERSION
 
-/* For an importer that integrates itself: rates, the next corner of the drive, and the size of a state. */
+/* For an importer that integrates itself: rates, events, the next corner of the drive, and the size of a state. */
+static void follow_host(ab_machine *m, double time, const double *state) {
+    if (!AB_INPUT[0]) return;
+    double *segment = floats(m, AB_SEGMENTS); /* a torque, or the acceleration of a given speed */
+    segment[0] = time, segment[2] = AB_INPUT[0] == 's' ? state[5] : m->input[0];
+    segment[3] = AB_INPUT[0] == 's' ? m->input[1] : 0.0;
+}
+
 static int host_rates(ab_machine *m, double time, const double *state, double *rates) {
-    if (AB_INPUT[0]) {
-        double *segment = floats(m, AB_SEGMENTS); /* a torque, or the acceleration of a given speed */
-        segment[0] = time, segment[2] = AB_INPUT[0] == 's' ? state[5] : m->input[0];
-        segment[3] = AB_INPUT[0] == 's' ? m->input[1] : 0.0;
-    }
+    follow_host(m, time, state);
     return ab_derivatives(m, time, state, rates);
 }
+
+#if AB_INDICATOR_COUNT
+enum { INDICATE = 6, HAPPEN };
+
+/* Balls that stick or touch rigidly: INDICATE gives numbers that are positive until something is due, HAPPEN changes the
+   equations and perhaps the state. */
+static int host_events(ab_machine *m, int ask, double time, double *state, double *indicators, double *found) {
+    void *rates = (void *)ab_kernel_rates, *wrong = NULL;
+    follow_host(m, time, state);
+    enter_segment(m, time);
+    memcpy(at(m, AB_STATE), state, sizeof m->state);
+    ab_kernel_switch(found, &wrong, ask, time, rates, rates, rates, at(m, AB_SYSTEM), at(m, AB_PAIR));
+    memcpy(state, at(m, AB_STATE), sizeof m->state);
+    if (wrong != NULL) return AB_NOT_FINITE;
+    for (int i = 0; ask == INDICATE && i < AB_INDICATOR_COUNT; i++) indicators[i] = i < *found ? floats(m, AB_STAGES)[i] : 1.0;
+    return AB_OK;
+}
+#endif
 
 static double corner_after(ab_machine *m, double time) {
     if (AB_INPUT[0]) return INFINITY;
@@ -220,6 +241,10 @@ static double corner_after(ab_machine *m, double time) {
 
 static void begin_drive(ab_machine *m) { m->words[AB_SEGMENT_NOW] = 0; }
 
-static double size_of(const ab_machine *m, int i) { return floats(m, AB_ABSOLUTE)[i] / AB_TOLERANCE; }
+static double size_of(int i) {
+    double absolute;
+    memcpy(&absolute, ab_words + AB_ABSOLUTE + i, sizeof absolute);
+    return absolute / AB_TOLERANCE;
+}
 
 #endif

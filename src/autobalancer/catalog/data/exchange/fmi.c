@@ -2,7 +2,7 @@
    machine (AB_SOURCE "autobalancer.c") or balls alone ("balancer.c").
 
    Value references: 0 time; FIRST_STATE and FIRST_RATE + number of a state; FIRST_OUTPUT, FIRST_PARAMETER,
-   FIRST_INPUT + number. */
+   FIRST_INPUT and FIRST_INDICATOR + number. */
 
 #ifndef AB_API
 #define AB_API static
@@ -18,7 +18,8 @@
 #define EXPORT __attribute__((visibility("default")))
 #endif
 
-enum { FIRST_STATE = 1000, FIRST_RATE = 2000, FIRST_OUTPUT = 3000, FIRST_PARAMETER = 4000, FIRST_INPUT = 5000 };
+enum { FIRST_STATE = 1000, FIRST_RATE = 2000, FIRST_OUTPUT = 3000, FIRST_PARAMETER = 4000, FIRST_INPUT = 5000,
+       FIRST_INDICATOR = 6000 };
 enum { OK, WARNING, DISCARD, FAILED, FATAL };
 #define NEAR 1e-6 /* step of a difference, relative to the size of a number */
 
@@ -100,13 +101,38 @@ static int rates_of(unit *u, const double *state, double *rates) {
     return ab_derivatives(u->machine, ab_time(u->machine), state, rates);
 }
 
+/* Numbers that are positive until an event is due; 0 at one. */
+static int indicate(unit *u, double *indicators) {
+#if AB_INDICATOR_COUNT
+    double found;
+    if (host_events(u->machine, INDICATE, u->time, u->state, indicators, &found))
+        return complain(u, FAILED, "the rates are not finite at %g s", u->time);
+#endif
+    (void)u, (void)indicators;
+    return OK;
+}
+
+/* What is due happens; whether the state changed by it. */
+static int happen(unit *u, boolean *changed) {
+    double found = 0.0;
+#if AB_INDICATOR_COUNT
+    if (u->exchange && host_events(u->machine, HAPPEN, u->time, u->state, NULL, &found))
+        return complain(u, FAILED, "the rates are not finite at %g s", u->time);
+#endif
+    u->known = 0, *changed = found != 0.0;
+    return OK;
+}
+
 static int get(unit *u, unsigned reference, double *value) {
     unsigned number = reference % 1000;
-    double rates[AB_STATE_COUNT];
+    double rates[AB_STATE_COUNT], indicators[AB_INDICATOR_COUNT + 1];
     if (!u->exchange) ab_state(u->machine, u->state), u->time = ab_time(u->machine);
     if (reference == 0)
         *value = u->time;
-    else if (reference >= FIRST_INPUT && number < AB_INPUT_COUNT)
+    else if (reference >= FIRST_INDICATOR && number < AB_INDICATOR_COUNT) {
+        if (indicate(u, indicators)) return FAILED;
+        *value = indicators[number];
+    } else if (reference >= FIRST_INPUT && number < AB_INPUT_COUNT)
         *value = u->machine->input[number];
     else if (reference >= FIRST_PARAMETER && number < AB_PARAMETER_COUNT)
         *value = ab_parameter(u->machine, (int)number);
@@ -169,6 +195,11 @@ static int step(unit *u, double time, double length) {
     return complain(u, FAILED, status == AB_STEP_TOO_SMALL   ? "at %g s the step size fell below rounding"
                                : status == AB_TOO_MANY_STEPS ? "at %g s ten million steps were taken for one of the host"
                                                              : "at %g s the motion grew without limit", ab_time(u->machine));
+}
+
+/* A host may ask for smaller errors than the machine's own; where it integrates itself, events are judged by its errors. */
+static void follow_tolerance(unit *u, double tolerance) {
+    if (u->exchange || tolerance < AB_TOLERANCE) ab_set_tolerance(u->machine, tolerance);
 }
 
 /* Derivative of some numbers in a direction of states and input, by a central difference. */
@@ -257,16 +288,16 @@ EXPORT int NAME(GetContinuousStates)(unit *u, double *states, size_t count) {
     return OK;
 }
 EXPORT int NAME(GetNominalsOfContinuousStates)(unit *u, double *nominals, size_t count) {
-    (void)count;
+    (void)u, (void)count;
     for (int i = 0; i < AB_STATE_COUNT; i++) {
-        double size = size_of(u->machine, i);
+        double size = size_of(i);
         nominals[i] = size > 0.0 ? size : 1.0;
     }
     return OK;
 }
 EXPORT int NAME(GetEventIndicators)(unit *u, double *indicators, size_t count) {
-    (void)u, (void)indicators, (void)count;
-    return OK;
+    (void)count;
+    return indicate(u, indicators);
 }
 
 static int rates_of_host(unit *u, double *rates) {
@@ -292,7 +323,7 @@ EXPORT int fmi2SetDebugLogging(unit *u, boolean on, size_t count, const char *co
 EXPORT int fmi2SetupExperiment(unit *u, boolean has_tolerance, double tolerance, double begin, boolean has_end, double end) {
     (void)has_end, (void)end;
     if (begin != 0.0) return complain(u, FAILED, "the start time must be 0, given %g", begin);
-    if (has_tolerance && tolerance > 0.0 && tolerance < AB_TOLERANCE) ab_set_tolerance(u->machine, tolerance);
+    if (has_tolerance && tolerance > 0.0) follow_tolerance(u, tolerance);
     return OK;
 }
 EXPORT int fmi2EnterInitializationMode(unit *u) { return u ? OK : FAILED; }
@@ -352,7 +383,7 @@ EXPORT int fmi2NewDiscreteStates(unit *u, event_info *info) {
     info->time = corner_after(u->machine, u->time);
     info->defined = isfinite(info->time);
     if (!info->defined) info->time = 0.0;
-    return OK;
+    return happen(u, &info->values);
 }
 EXPORT int fmi2EnterContinuousTimeMode(unit *u) { return u ? OK : FAILED; }
 EXPORT int fmi2CompletedIntegratorStep(unit *u, boolean final, boolean *event, boolean *terminate) {
@@ -421,7 +452,7 @@ EXPORT int fmi3EnterInitializationMode(unit *u, boolean has_tolerance, double to
                                        double end) {
     (void)has_end, (void)end;
     if (begin != 0.0) return complain(u, FAILED, "the start time must be 0, given %g", begin);
-    if (has_tolerance && tolerance > 0.0 && tolerance < AB_TOLERANCE) ab_set_tolerance(u->machine, tolerance);
+    if (has_tolerance && tolerance > 0.0) follow_tolerance(u, tolerance);
     return OK;
 }
 EXPORT int fmi3GetFloat64(unit *u, const unsigned *references, size_t count, double *values, size_t size) {
@@ -517,7 +548,7 @@ EXPORT int fmi3UpdateDiscreteStates(unit *u, boolean *again, boolean *terminate,
     *time = u->exchange ? corner_after(u->machine, u->time) : INFINITY;
     *defined = isfinite(*time);
     if (!*defined) *time = 0.0;
-    return OK;
+    return happen(u, values);
 }
 EXPORT int fmi3EnterContinuousTimeMode(unit *u) { return u ? OK : FAILED; }
 EXPORT int fmi3CompletedIntegratorStep(unit *u, boolean final, boolean *event, boolean *terminate) {
@@ -531,7 +562,7 @@ EXPORT int fmi3GetContinuousStateDerivatives(unit *u, double *rates, size_t coun
 }
 EXPORT int fmi3GetNumberOfEventIndicators(unit *u, size_t *count) {
     (void)u;
-    *count = 0;
+    *count = AB_INDICATOR_COUNT;
     return OK;
 }
 EXPORT int fmi3GetNumberOfContinuousStates(unit *u, size_t *count) {
