@@ -179,7 +179,7 @@ def test_studies_and_catalogues_can_be_drawn(tmp_path: Path) -> None:
     figure = ab.plot.answer(archive.runs(), x="balls", y="a", by="friction")
     drawn(figure)
     np.testing.assert_allclose(figure.axes[0].lines[0].get_ydata(), [0.3, 0.8])
-    with pytest.raises(QuestionError, match="given 'b'; the runs have"):
+    with pytest.raises(QuestionError, match="catalogue: given 'b'; must be 'a'"):
         ab.plot.answer(archive.runs(), x="balls", y="b")
     with pytest.raises(QuestionError, match="is a text"):
         ab.plot.answer(archive.runs(), x="balls", y="state")

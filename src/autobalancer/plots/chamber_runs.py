@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.plots.run.history import FEW, BallLook, History, ball_looks, critical_speeds_of
 from autobalancer.plots.run.run_up import speed_panel
 from autobalancer.plots.style import (
@@ -290,8 +290,7 @@ def chamber_amplitudes(study: xr.Dataset, *, measure: str = "vertical_amplitude"
     QuestionError
         If the study has no such measure.
     """
-    if measure not in study:
-        raise QuestionError(f"measure: given {measure!r}; the study has {', '.join(sorted(map(str, study.data_vars)))}")
+    one_of("measure", measure, *sorted(map(str, study.data_vars)))
     layers = [str(layer) for layer in study["layers"].values]
     unit = length_axis(None, float(np.nanmax(study[measure].values, initial=0.0)))
     with look():
@@ -361,8 +360,7 @@ def chamber_optimal_means(means: xr.Dataset, *, measure: str = "vertical_amplitu
     ``means`` are those of :func:`optimal_means`, ``measure`` is one of their amplitudes, ``title`` stands above the picture.
     Bars show the spread over the seeds, where there are several.
     """
-    if measure not in means:
-        raise QuestionError(f"measure: given {measure!r}; there are {', '.join(sorted(map(str, means.data_vars)))}")
+    one_of("measure", measure, *sorted(map(str, means.data_vars)))
     layers = [str(layer) for layer in means["layers"].values]
     unit = length_axis(None, float(np.nanmax(means[measure].values, initial=0.0)))
     place = np.arange(means.sizes["friction"])
@@ -452,10 +450,7 @@ def chamber_archive(
         If the table has no such value, or it is no number.
     """
     for name in (x, y, *([by] if by else [])):
-        if name not in table:
-            raise QuestionError(
-                f"catalogue: given {name!r}; the runs have {', '.join(sorted(map(str, table.data_vars)))}"
-            )
+        one_of("catalogue", name, *sorted(map(str, table.data_vars)))
     for name in (x, y):
         if table[name].dtype == object:
             raise QuestionError(f"catalogue: {name!r} is a text; choose a number for an axis")

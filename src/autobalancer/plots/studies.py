@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.plots.answer import asked
 from autobalancer.plots.ensembles import ensemble
 from autobalancer.plots.style import (
@@ -67,13 +67,9 @@ def study(found: xr.Dataset, quantity: str = "balanced", *, speed_unit: str = "r
     """
     given = found
     given = given if isinstance(given, Studied) else Studied.of(given)
-    known = [
-        str(name) for name in given.data_vars if given[name].dims == ("member",) and given[name].dtype.kind in "fib"
-    ]
-    if quantity == "balanced" and quantity not in known:
-        quantity = known[0]
-    if quantity not in known:
-        raise QuestionError(f"plot.answer: quantity: given {quantity!r}; there are {', '.join(known)}")
+    known = given.numbers()
+    quantity = known[0] if quantity == "balanced" and quantity not in known else quantity
+    one_of("plot.answer: quantity", quantity, *known)
     grid = given.grid_names()
     if not grid and quantity == "balanced":
         return ensemble(given, speed_unit=speed_unit)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -56,6 +55,7 @@ from autobalancer.results.time_series import (
     vibration,
     whole_turns,
 )
+from autobalancer.tables import html_table
 
 # How a run got to its end: its greatest deflection and the balls that settle, also between jumps of the unbalance.
 #
@@ -351,13 +351,7 @@ class Verdict:
 
     def _repr_html_(self) -> str:
         head, rows, notes = verdict_lines(self)
-        cells = "".join(
-            f"<tr><th style='text-align:left'>{html.escape(label.strip())}</th>"
-            f"<td style='text-align:left'>{html.escape(text)}</td></tr>"
-            for label, text in rows
-        )
-        told = "".join(f"<p>note: {html.escape(note)}</p>" for note in notes)
-        return f"<p><b>{html.escape(head)}</b></p><table>{cells}</table>{told}"
+        return html_table(("", ""), [*rows, *(("note", note) for note in notes)], head)
 
 
 @of_a_run()

@@ -197,6 +197,12 @@ class Studied(Ensemble):
         text = f"{self.attrs.get('study_name', 'study')}: {self.attrs.get('machine_name', 'machine')}"
         return f"{text}, {self.sizes['member']} members"
 
+    def numbers(self) -> list[str]:
+        """Names of all numbers that each member has."""
+        return [
+            str(name) for name, one in self.data_vars.items() if one.dims == ("member",) and one.dtype.kind in "fib"
+        ]
+
     @property
     def sudden(self) -> bool:
         """Whether an unbalance appears at speed, from which peak and settling count."""

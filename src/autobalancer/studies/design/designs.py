@@ -525,8 +525,8 @@ def refuse_none(spec: Any, designs: Sequence[Design]) -> None:
 
 
 ENDS = {"low": "lower end of its 95 % interval", "high": "upper end of its 95 % interval"}
-Described = tuple[str, Callable[[Any], Any], str, str]  # name, number or text, what it is, unit
-OF_ALL: tuple[Described, ...] = (
+DesignColumn = tuple[str, Callable[[Any], Any], str, str]  # name, number or text, what it is, unit
+OF_ALL: tuple[DesignColumn, ...] = (
     ("capability", lambda d: d.capability, "unbalance that the balls of a plane can balance", "kg m"),
     ("capability_margin", lambda d: d.margin, "capability over what is to be balanced, the least of all planes", "1"),
     ("ball_mass", lambda d: d.ball_mass, "mass of all balls", "kg"),
@@ -537,7 +537,7 @@ OF_ALL: tuple[Described, ...] = (
 def dataset_of(
     spec: Asked,
     designs: Sequence[Design],
-    described: Sequence[Described],
+    described: Sequence[DesignColumn],
     stalls: str,
     text_of: Callable[[Any], str],
     attributes: Mapping[str, Any],
@@ -578,7 +578,7 @@ def dataset_of(
     on_front = "number of its Pareto front among designs that keep or miss as many limits, 0 for the first"
     kept = "1: keeps all limits in its runs; 0: too few runs to say; -1: does not"
     far = "how far it misses that, or limits on the runs added up, over what is allowed"
-    columns: list[Described] = [
+    columns: list[DesignColumn] = [
         ("label", lambda d: labels[id(d)], "what it is", ""),
         ("place", lambda d: float(place.get(id(d), np.nan)), "place among those that ran, 1 for the best", ""),
         ("front", lambda d: float(front.get(id(d), np.nan)), on_front, ""),

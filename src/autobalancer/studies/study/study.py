@@ -20,7 +20,7 @@ import xarray as xr
 from autobalancer.arrays import Floats
 from autobalancer.assembly.drive_train import corners
 from autobalancer.assembly.quantities import with_value_at
-from autobalancer.errors import AutobalancerError, QuestionError, unwarned
+from autobalancer.errors import AutobalancerError, QuestionError, one_of, unwarned
 from autobalancer.files.text_files import read_toml
 from autobalancer.machine import Hill, Machine, PrescribedSpeed
 from autobalancer.machine.path import dimension_of
@@ -606,11 +606,7 @@ def sensitivity(study: xr.Dataset, quantity: str) -> Answer:
     Sobol' indices by Saltelli et al. (2010) for the first and Jansen (1999) for the total, with intervals by bootstrap.
     Random starts of the balls are one input, ``start``. Draws without a number do not count.
     """
-    known = [
-        str(name) for name in study.data_vars if study[name].dims == ("member",) and study[name].dtype.kind in "fib"
-    ]
-    if quantity not in known:
-        raise QuestionError(f"quantity: given {quantity!r}; this study has {', '.join(known)}")
+    one_of("quantity", quantity, *Studied.of(study).numbers())
     inputs = list(map(str, np.atleast_1d(study.attrs.get("inputs", []))))  # a file keeps a list of one as a text
     sobol = study.attrs.get("plan") == "sensitivity"
     columns = {} if sobol else {name: study[_dimension(name)].values for name in inputs if name != START}
