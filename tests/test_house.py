@@ -24,7 +24,7 @@ PUBLIC_MODULES = {module for names in NAMES.values() for module in names.values(
 CEILINGS = {
     "files": 338,  # without laws and rotors, of which there are as many as somebody needs
     "modules with one importer, beside them": 0.04,  # three are loaded by one switch; few folders, so more are beside
-    "public functions named once elsewhere": 0.1126,
+    "public functions named once elsewhere": 0.1122,
     "import lines": 0.06,
     "import cycles": 0,
     "bodies over 80 lines": 0,
