@@ -137,6 +137,31 @@ def test_a_saved_machine_goes_on_as_if_it_had_never_stopped(library: tuple[Libra
 
 
 @compiler
+def test_a_host_that_integrates_finds_impacts_by_indicators(library: tuple[Library, Path]) -> None:
+    """Balls that meet leave each other with the restitution of the race, and their common angular momentum stays."""
+    c, _ = library
+    one, state, signs = c.create(), np.zeros(len(c.states)), np.zeros(c.c.ab_indicator_count())
+
+    def asked(function: Any, *arrays: np.ndarray) -> None:
+        assert function(one, ctypes.c_double(0.0), *(ctypes.c_void_p(each.ctypes.data) for each in arrays)) == 0
+
+    c.c.ab_state(one, ctypes.c_void_p(state.ctypes.data))
+    asked(c.c.ab_event, state)
+    asked(c.c.ab_indicators, state, signs)
+    assert signs.size == 3
+    assert (signs > 0.0).all()
+    state[7] -= signs[0] + 1e-9  # the second ball back to the first one
+    state[8:10] = 1.0, -1.0
+    asked(c.c.ab_indicators, state, signs)
+    assert signs[0] < 0.0 < signs[1]
+    asked(c.c.ab_event, state)
+    asked(c.c.ab_indicators, state, signs)
+    assert (signs > 0.0).all()
+    assert state[8] == pytest.approx(-state[9], rel=1e-6)
+    assert -1.0 < state[8] < -0.1
+
+
+@compiler
 def test_what_is_not_possible_is_refused_and_changes_nothing(library: tuple[Library, Path]) -> None:
     c, _ = library
     one = c.create()

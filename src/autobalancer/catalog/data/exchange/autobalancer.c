@@ -6,6 +6,7 @@
 enum { TIME, STEP, END, LONGEST, ERROR, TAKEN };                /* of the clock */
 enum { ACCEPTED, REJECTED, EVALUATIONS, NEXT_SAMPLE, FRESH = 7 }; /* of the counts */
 enum { RUNNING, FINISHED };
+enum { INDICATE = 6, HAPPEN }; /* of a switch */
 
 /* The integration may be ahead of what is shown: its steps do not depend on where somebody looks. */
 #define AB_FURTHER                                                                                            \
@@ -72,6 +73,32 @@ int ab_derivatives(ab_machine *m, double time, const double *state, double *rate
     memcpy(rates, first, sizeof kept);
     memcpy(first, kept, sizeof kept);
     return wrong != NULL ? AB_NOT_FINITE : AB_OK;
+}
+
+/* Ask the equations that switch, of balls that stick or touch rigidly, in a state that is not that of the own integration. */
+static int ask_switch(ab_machine *m, int ask, double time, const double *state, double *said) {
+    void *rates = (void *)ab_kernel_rates, *wrong = NULL;
+    enter_segment(m, time);
+    memcpy(at(m, AB_STATE), state, sizeof m->state);
+    m->words[AB_COUNTS + FRESH] = 0;
+    ab_kernel_switch(said, &wrong, ask, time, rates, rates, rates, at(m, AB_SYSTEM), at(m, AB_PAIR));
+    return wrong != NULL ? AB_NOT_FINITE : AB_OK;
+}
+
+int ab_indicators(ab_machine *m, double time, const double *state, double *indicators) {
+    double own[AB_STATE_COUNT], found = 0.0;
+    memcpy(own, at(m, AB_STATE), sizeof own);
+    int status = AB_INDICATOR_COUNT ? ask_switch(m, INDICATE, time, state, &found) : AB_OK;
+    memcpy(at(m, AB_STATE), own, sizeof own);
+    for (int i = 0; i < AB_INDICATOR_COUNT; i++) indicators[i] = i < found ? floats(m, AB_STAGES)[i] : 1.0;
+    return status;
+}
+
+int ab_event(ab_machine *m, double time, double *state) {
+    double changed;
+    int status = AB_INDICATOR_COUNT ? ask_switch(m, HAPPEN, time, state, &changed) : AB_OK;
+    if (AB_INDICATOR_COUNT) memcpy(state, at(m, AB_STATE), sizeof m->state);
+    return status;
 }
 
 void ab_set_tolerance(ab_machine *m, double tolerance) {
@@ -214,23 +241,6 @@ static int host_rates(ab_machine *m, double time, const double *state, double *r
     return ab_derivatives(m, time, state, rates);
 }
 
-#if AB_INDICATOR_COUNT
-enum { INDICATE = 6, HAPPEN };
-
-/* Balls that stick or touch rigidly: INDICATE gives numbers that are positive until something is due, HAPPEN changes the
-   equations and perhaps the state. */
-static int host_events(ab_machine *m, int ask, double time, double *state, double *indicators, double *found) {
-    void *rates = (void *)ab_kernel_rates, *wrong = NULL;
-    follow_host(m, time, state);
-    enter_segment(m, time);
-    memcpy(at(m, AB_STATE), state, sizeof m->state);
-    ab_kernel_switch(found, &wrong, ask, time, rates, rates, rates, at(m, AB_SYSTEM), at(m, AB_PAIR));
-    memcpy(state, at(m, AB_STATE), sizeof m->state);
-    if (wrong != NULL) return AB_NOT_FINITE;
-    for (int i = 0; ask == INDICATE && i < AB_INDICATOR_COUNT; i++) indicators[i] = i < *found ? floats(m, AB_STAGES)[i] : 1.0;
-    return AB_OK;
-}
-#endif
 
 static double corner_after(ab_machine *m, double time) {
     if (AB_INPUT[0]) return INFINITY;

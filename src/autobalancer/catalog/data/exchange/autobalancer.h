@@ -64,6 +64,12 @@ AB_API int ab_set_state(ab_machine *machine, double time, const double *state);
 
 /* The rates of a state at a time. The machine keeps its own state. */
 AB_API int ab_derivatives(ab_machine *machine, double time, const double *state, double *rates);
+/* For a program that integrates these rates itself: numbers that are positive until a ball stops, leaves or touches. At such an
+   instant, and once at the start, ab_event makes what is due: the state may change by an impact, and the rates are those of the
+   balls that rest and touch from then on. A machine for this takes no steps of its own. Not of balls alone. */
+AB_API int ab_indicator_count(void);
+AB_API int ab_indicators(ab_machine *machine, double time, const double *state, double *indicators);
+AB_API int ab_event(ab_machine *machine, double time, double *state);
 
 /* Integrate up to a time and stop there. */
 AB_API int ab_step(ab_machine *machine, double time);

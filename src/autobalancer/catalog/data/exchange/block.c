@@ -39,6 +39,7 @@ static const struct { ab_variable *list; int count; } lists[] = {
 
 int ab_count(int list) { return list < 0 || list > AB_INPUT_LIST ? 0 : lists[list].count; }
 const ab_variable *ab_list(int list) { return list < 0 || list > AB_INPUT_LIST ? NULL : lists[list].list; }
+int ab_indicator_count(void) { return AB_INDICATOR_COUNT; }
 const char *ab_version(void) { return AB_VERSION; }
 
 /* Terms of the parameters: w = w0 + sum of A (product of f(v / v0) - 1). */

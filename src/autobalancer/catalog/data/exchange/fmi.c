@@ -101,11 +101,11 @@ static int rates_of(unit *u, const double *state, double *rates) {
     return ab_derivatives(u->machine, ab_time(u->machine), state, rates);
 }
 
-/* Numbers that are positive until an event is due; 0 at one. */
+/* Numbers that are positive until an event is due. */
 static int indicate(unit *u, double *indicators) {
 #if AB_INDICATOR_COUNT
-    double found;
-    if (host_events(u->machine, INDICATE, u->time, u->state, indicators, &found))
+    follow_host(u->machine, u->time, u->state);
+    if (ab_indicators(u->machine, u->time, u->state, indicators))
         return complain(u, FAILED, "the rates are not finite at %g s", u->time);
 #endif
     (void)u, (void)indicators;
@@ -114,12 +114,14 @@ static int indicate(unit *u, double *indicators) {
 
 /* What is due happens; whether the state changed by it. */
 static int happen(unit *u, boolean *changed) {
-    double found = 0.0;
+    double before[AB_STATE_COUNT];
+    memcpy(before, u->state, sizeof before);
 #if AB_INDICATOR_COUNT
-    if (u->exchange && host_events(u->machine, HAPPEN, u->time, u->state, NULL, &found))
+    if (u->exchange) follow_host(u->machine, u->time, u->state);
+    if (u->exchange && ab_event(u->machine, u->time, u->state))
         return complain(u, FAILED, "the rates are not finite at %g s", u->time);
 #endif
-    u->known = 0, *changed = found != 0.0;
+    u->known = 0, *changed = memcmp(before, u->state, sizeof before) != 0;
     return OK;
 }
 
