@@ -26,6 +26,7 @@ from autobalancer.files.machine_file import load_machine, load_race_machine, mac
 from autobalancer.machine import Machine
 from autobalancer.machine import plugins as leaves
 from autobalancer.machine.chamber import ChamberMachine
+from autobalancer.plots.answer import made_by
 from autobalancer.public_names import NAMES
 from autobalancer.simulation import Method
 from autobalancer.simulation.chamber.chamber_summary import chamber_summary
@@ -260,11 +261,28 @@ def test_one_table_says_which_result_rests_on_which_source() -> None:
     assert printed("prince1981") == "Prince and Dormand (1981), High order embedded Runge–Kutta formulae"
 
 
+def test_an_answer_is_known_by_the_function_that_made_it() -> None:
+    signals = ab.measure.load_signals(ab.catalog.example_path("as_found"))
+    machine = example("discoidal")
+    answers = {
+        "measure.load_signals": signals,
+        "measure.orders": ab.measure.orders(signals, progress=False),
+        "measure.balance": ab.measure.balance(ab.catalog.example_path("two_plane_job")),
+        "measure.race_shape": ab.measure.race_shape(ab.catalog.example_path("race_profile")),
+        "rotor.critical_speeds": ab.rotor.critical_speeds(machine),
+        "stability.eigenvalues": ab.stability.eigenvalues(machine, [60.0, 70.0]),
+        "stability.equilibria": ab.stability.equilibria(machine, 120.0),
+    }
+    assert {name: made_by(answer) for name, answer in answers.items()} == {name: name for name in answers}
+    several = sources(machine, {"method": "exponential_collocation, tsitouras"})
+    assert {"hochbruck2010", "tsitouras2011"} <= set(several), "of an ensemble"
+
+
 @pytest.mark.parametrize(
     ("made", "key", "use"),
     [
         ("stability.border_curve", "ryzhik2001", "release and capture speed, torque balance of stalled balls"),
-        ("measure.orders", "vold1993", "orders by the Vold–Kalman filter"),
+        ("measure.orders", "vold1993", "orders by the Vold–Kalman filter, if that is the method"),
         ("sensitivity", "saltelli2010", "Sobol' indices"),
     ],
 )

@@ -400,9 +400,8 @@ CITED = re.compile(
     r"|ISO (?P<number>\d+(?:-\d+)?)"
 )
 SOFTWARE = "autobalancer"  # key of the program itself
-ACCENTS = dict(
-    zip("\"'`^~=.vuHc", "\u0308\u0301\u0300\u0302\u0303\u0304\u0307\u030c\u0306\u030b\u0327", strict=True)
-)  # of BibTeX
+# accents and letters of BibTeX
+ACCENTS = dict(zip("\"'`^~=.vuHc", "\u0308\u0301\u0300\u0302\u0303\u0304\u0307\u030c\u0306\u030b\u0327", strict=True))
 WRITTEN = {r"{\ss}": "ß", r"\l}": "ł", r"\o}": "ø", r"\&": "&", r"$^\circ$": "°", "{": "", "}": ""}
 
 
@@ -429,17 +428,21 @@ def printed(key: str) -> str:
     return f"{names} ({field.get('year', 'no year')}), {field['title'].replace('--', '–')}"
 
 
+@cache
+def _words() -> dict[str, frozenset[str]]:
+    """The words of each source, among them its key."""
+    return {
+        key: frozenset({key, *re.findall(r"[\w'-]+", plain_letters(entry))}) for key, entry in bibliography().items()
+    }
+
+
 def named_in(text: str) -> tuple[str, ...]:
     """The keys of the sources that a text names, such as "Jan and Chen (1997)" or "ISO 492"."""
     found: list[str] = []
     for cited in CITED.finditer(text):
         words = {f"iso{cited['number']}"} if cited["number"] else {cited["year"], *re.findall(PERSON, cited["names"])}
         words = {plain_letters(word) for word in words}
-        found += [
-            key
-            for key, entry in bibliography().items()
-            if words <= {key, *re.findall(r"[\w'-]+", plain_letters(entry))}
-        ]
+        found += [key for key, entry in _words().items() if words <= entry]
     return tuple(dict.fromkeys(found))
 
 
@@ -453,7 +456,7 @@ def sources(
     about, found = about or {}, {SOFTWARE: [""]}
     texts = list(_texts(machine)) if machine is not None else []
     texts += [("drag", str(about[name])) for name in ("drag_source",) if name in about]
-    wanted = {*results, about.get("method")}
+    wanted = {*results, *str(about.get("method", "")).split(", ")}
     for method, (of, keys) in methods().items():
         for key in keys if wanted & {*of} else ():
             found.setdefault(key, []).append(method)

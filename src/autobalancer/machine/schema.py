@@ -55,19 +55,11 @@ OTHERS: dict[Kind, FileKind] = {
     "measurements": FileKind("measurement file", "measurement.run_up_fit", "load_measurements", "identify MACHINE {}"),
     "balancing": FileKind("balancing job", "measurement.balancing.runs", "load_balance_runs", "measure balance {}"),
 }
-OF_MACHINES = {
-    "axis",
-    "rotor",
-    "drive",
-    "balancers",
-    "chambers",
-}  # keys at the top of a machine file, and one or none of others
+OF_MACHINES = {"axis", "rotor", "drive", "balancers", "chambers"}  # at the top of a machine file; one or none of others
 OF_ALL = {"name", "description"}
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
-ANSWERS = (
-    Path(str(files("autobalancer"))) / "catalog" / "data" / "answers.json"
-)  # schemas of what commands print with --json
+ANSWERS = Path(str(files("autobalancer"))) / "catalog" / "data" / "answers.json"  # of what commands print with --json
 
 
 def schema_line(folder: Path, data: Mapping[str, Any]) -> str:
@@ -164,12 +156,20 @@ def _facts(keys: list[Key]) -> list[tuple[str, str]]:
 
 
 def other_kind(data: Mapping[str, Any]) -> Kind | None:
-    """Of which other kind a file with these keys at its top is: of the one that knows most of them; ``None`` if none does."""
+    """Of which other kind a file with these keys at its top is: of the one that knows most of them; ``None`` if none does.
+
+    Where as many keys are known it is a machine, then a kind that lacks no key.
+    """
     names = set(data) - OF_ALL
     if len(names & OF_MACHINES) > 1:
         return None
-    known: dict[Kind, int] = {kind: len(names & set(_root(kind).model_fields)) for kind in ROOTS}
-    kind = max(known, key=lambda kind: (known[kind], kind not in OTHERS))  # a machine, where as many keys are known
+
+    def rank(kind: Kind) -> tuple[int, bool, bool]:
+        known = _root(kind).model_fields
+        needed = {name for name, about in known.items() if about.is_required()}
+        return len(names & set(known)), kind not in OTHERS, needed <= set(data)
+
+    kind = max(ROOTS, key=rank)
     return kind if kind in OTHERS else None
 
 

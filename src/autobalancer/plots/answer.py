@@ -173,11 +173,8 @@ RUNS: dict[str, Picture] = {
     "arrangement": Picture("chamber_view.chamber_arrangement", "simulate", _run(CHAMBERS)),
 }
 PICTURES = ANSWERS | RUNS
-OF_KIND = {
-    "Swept": "sweep",
-    "Measured": "run_measures",
-    "Signals": "load_signals",
-}  # kinds with another name than their function
+# kinds with another name than their function
+OF_KIND = {"Swept": "sweep", "Measured": "run_measures", "Signals": "load_signals"}
 
 
 def pictures_of(found: Any) -> dict[str, Picture]:
@@ -198,11 +195,11 @@ def pictures_of(found: Any) -> dict[str, Picture]:
 
 
 def made_by(found: xr.Dataset) -> str:
-    """The public function that made an answer or a run, known by its picture or its kind; empty if neither says so."""
-    of = next((one.of for one in PICTURES.values() if one.holds(found)), "")
+    """The public function that made an answer or a run, known by its kind or its picture; empty if neither says so."""
     kind = str(found.attrs.get(KIND, type(found).__name__))
-    word = OF_KIND.get(kind) or re.sub(r"(?<=[a-z])(?=[A-Z])", "_", kind).lower()
-    return re.split(r"[ ,]", of)[0] or function_of(word)
+    if kind not in OF_KIND and (of := next((one.of for one in PICTURES.values() if one.holds(found)), "")):
+        return re.split(r"[ ,]", of)[0]
+    return function_of(OF_KIND.get(kind, re.sub(r"(?<=[a-z])(?=[A-Z])", "_", kind).lower()))
 
 
 def answer(found: Any, picture: str = "", **options: Any) -> Figure:
