@@ -89,7 +89,7 @@ def test_bad_records_are_refused_with_time_or_name():
         rubber_signals(record([4e-4], loss=-3e3))
     with pytest.raises(QuestionError, match=r"no 4 periods of .* in a row have one amplitude"):
         rubber_signals(record([1e-4, 2e-4, 4e-4], periods=3), frequency=10.0 * HERTZ)
-    with pytest.raises(QuestionError, match="no channel 'force'; there are x, f"):
+    with pytest.raises(QuestionError, match="channel: given 'force'; must be 'x' or 'f'"):
         rubber_signals(good, force="force")
     with pytest.raises(QuestionError, match="channel 'f' is a force, not a displacement"):
         rubber_signals(good, deflection="f")

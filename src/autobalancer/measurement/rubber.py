@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from autobalancer.arrays import Complexes, Floats
-from autobalancer.errors import QuestionError, ResultError
+from autobalancer.errors import QuestionError, ResultError, one_of
 from autobalancer.files.text_files import Table, read_table
 from autobalancer.laws.rubber import Friction, Motion, RubberLaw
 from autobalancer.measurement.load_signals import load_signals
@@ -579,8 +579,7 @@ def _channel(dataset: xr.Dataset, name: str | None, kind: str, place: str) -> Fl
         if len(fitting) != 1:
             raise QuestionError(f"{place}: {len(fitting)} channels are a {kind}; name the one to use")
         name = fitting[0]
-    if name not in dataset:
-        raise QuestionError(f"{place}: no channel {name!r}; there are {', '.join(map(str, dataset.data_vars))}")
+    one_of(f"{place}: channel", name, *map(str, dataset.data_vars))
     if dataset[name].attrs.get("quantity") != kind:
         raise QuestionError(f"{place}: channel {name!r} is a {dataset[name].attrs.get('quantity')}, not a {kind}")
     values = np.asarray(dataset[name].values, float)

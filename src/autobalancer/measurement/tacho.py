@@ -201,8 +201,7 @@ def _left_out(t: Floats, pulses: Floats) -> list[str]:
 
 def _at_index(signals: xr.Dataset, index: str, spline: BSpline, time: Floats) -> float:
     """Mean angle, within a turn, at which the pulses of the zero mark come, rad."""
-    if index not in signals:
-        raise QuestionError(f"index: no channel {index!r}; there are {', '.join(map(str, signals.data_vars))}")
+    one_of("index: channel", index, *map(str, signals.data_vars))
     instants = crossings(signals["time"].values, signals[index])
     instants = instants[(instants >= time[0]) & (instants <= time[-1])]
     if not instants.size:

@@ -385,8 +385,7 @@ def vibrations(signals: xr.Dataset, values: str | Sequence[str] | None) -> list[
         return there
     requested = [values] if isinstance(values, str) else list(values)
     for name in requested:
-        if name not in there:
-            raise QuestionError(f"channels: no vibration {name!r}; there are {', '.join(there)}")
+        one_of("channels: vibration", name, *there)
     return requested
 
 

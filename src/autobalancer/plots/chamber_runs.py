@@ -131,22 +131,19 @@ def chamber_collisions(run: xr.Dataset, *, title: str | None = None) -> Figure:
     statistics = collision_statistics(run)
     with _over_time(run, (7.2, 5.8), title, 3) as (figure, (rates, power, force)):
         time = statistics["part_time"].values
-        rates.step(
-            time,
-            statistics["contacts_ball_rate"].values,
-            where="mid",
-            color=BALLS[0],
-            label=f"between {bodies_of(run)}",
-        )
-        rates.step(time, statistics["contacts_wall_rate"].values, where="mid", color=BALLS[1], label="with the chamber")
+        for panel, name, color, label in (
+            (rates, "contacts_ball_rate", BALLS[0], f"between {bodies_of(run)}"),
+            (rates, "contacts_wall_rate", BALLS[1], "with the chamber"),
+            (power, "impact_power", INK, None),
+            (force, "greatest_force", INK, None),
+        ):
+            panel.step(time, statistics[name].values, where="mid", color=color, label=label)
         rates.set_ylabel("contacts begun (1/s)")
         rates.set_yscale("symlog", linthresh=10.0)
         rates.yaxis.set_major_locator(SymmetricalLogLocator(base=10.0, linthresh=10.0, subs=(1.0, 2.0, 5.0)))
         rates.yaxis.set_major_formatter("{x:g}")
         legend(rates)
-        power.step(time, statistics["impact_power"].values, where="mid", color=INK)
         power.set(ylabel="lost in impacts (W)", ylim=(0.0, None))
-        force.step(time, statistics["greatest_force"].values, where="mid", color=INK)
         force.set_ylabel("hardest contact (N)")
     return figure
 

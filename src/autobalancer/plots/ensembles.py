@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
-from autobalancer.errors import QuestionError
+from autobalancer.errors import QuestionError, one_of
 from autobalancer.plots.style import (
     BALLS,
     CRITICAL,
@@ -440,8 +440,7 @@ def ensemble_scatter(result: xr.Dataset, x: str = "", y: str = "peak_deflection"
 
 def _numbers(members: Ensemble, name: str, text: str, key: str) -> Any:
     fitting = [str(n) for n in members.variables if members[n].dims == ("member",) and members[n].dtype.kind in "fi"]
-    if name not in fitting:
-        raise QuestionError(f"{text}: {key}: given {name!r}; there are {', '.join(fitting)}")
+    one_of(f"{text}: {key}", name, *fitting)
     values = np.asarray(members[name].values, np.float64)
     if not np.isfinite(values).any():
         raise QuestionError(f"{text}: {key}: no member has {name!r}")

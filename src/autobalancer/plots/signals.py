@@ -286,8 +286,7 @@ def _names(orders: Orders, channels: list[str] | str | None) -> list[str]:
     there = [str(name) for name in orders["channel"].values]
     names = there if channels is None else [channels] if isinstance(channels, str) else list(channels)
     for name in names:
-        if name not in there:
-            raise QuestionError(f"channels: no channel {name!r}; there are {', '.join(there)}")
+        one_of("channels", name, *there)
     return names
 
 

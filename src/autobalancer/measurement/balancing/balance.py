@@ -407,10 +407,7 @@ def _scales(job: Job, weights: Mapping[str, float] | None) -> Floats:
         size = np.abs(job.readings).max(axis=0)
         return 1.0 / np.where(size > 0.0, size, 1.0)
     for name, value in weights.items():
-        if name not in job.sensors:
-            raise QuestionError(
-                f"weights: no sensor {name!r}; there are {', '.join(map(repr, dict.fromkeys(job.sensors)))}"
-            )
+        one_of("weights: sensor", name, *dict.fromkeys(job.sensors))
         if not value >= 0.0:
             raise QuestionError(f"weights: {name!r}: given {value!r}; must not be below zero")
     return np.array([float(weights.get(sensor, 1.0)) for sensor in job.sensors])
@@ -420,8 +417,7 @@ def _limits(job: Job, chosen: list[int], largest: float | str | Mapping[str, flo
     names = [job.planes[p] for p in chosen]
     given = dict.fromkeys(names, largest) if not isinstance(largest, Mapping) else dict(largest)
     for name in given:
-        if name not in names:
-            raise QuestionError(f"largest: no plane {name!r} is corrected; there are {', '.join(map(repr, names))}")
+        one_of("largest: corrected plane", name, *names)
     limits = np.full(len(names), np.inf)
     for i, name in enumerate(names):
         value = given.get(name)
