@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import autobalancer as ab
 from autobalancer.assembly.system import assemble
@@ -15,6 +16,7 @@ from autobalancer.errors import MachineError
 from autobalancer.machine import FrictionLaw
 from autobalancer.machine import plugins as leaves
 from autobalancer.machine.part import Ratio, key
+from references.every_key import BALL, PAIR, machine
 from references.resolved import chamber, free
 
 RUBS: dict[str, Any] = {"restitution": 0.6, "sliding_friction": 0.2, "slip_speed": 0.02}
@@ -43,6 +45,18 @@ class Viscous(FrictionLaw):
     @staticmethod
     def coefficient(at: Any, own: Any) -> float:
         return own.constant * at.slip / at.pressed  # type: ignore[no-any-return]
+
+
+class Thickens(FrictionLaw):
+    """More friction as the ball becomes faster."""
+
+    kind: Literal["thickens"] = "thickens"
+    interface: ClassVar[int] = 1
+    growth: Ratio = key("per velocity, s/m")
+
+    @staticmethod
+    def coefficient(at: Any, own: Any) -> float:
+        return at.sliding * (1.0 + own.growth * abs(at.slip)) * math.tanh(at.slip / at.slip_speed)  # type: ignore[no-any-return]
 
 
 class NoNumber(Viscous):
@@ -117,7 +131,7 @@ def test_a_registered_law_is_read_and_written() -> None:
     ab.laws.register(Viscous)
     machine = chamber(sliding_friction=0.1, friction_law={"kind": "viscous", "constant": 0.3})
     assert ab.parse_machine(ab.machine_text(machine)) == machine
-    assert "force over slip" in repr(ab.keys("balancers.races.resolved.friction_law"))
+    assert "force over slip" in repr(ab.keys("balancers.races.friction.rolling_law"))
 
 
 @pytest.mark.parametrize(
@@ -169,3 +183,41 @@ def test_a_law_for_another_version_is_refused_with_both_versions() -> None:
 
     with pytest.raises(MachineError, match=r"version 3 .* version 1"):
         ab.laws.register(Newer)
+
+
+def guided(law: Any, **friction: float) -> Any:
+    """Two guided balls that balance each other, slower than their rotor."""
+    balls = [{"count": 2, **BALL, "start_angles": [0.0, math.pi], "start_speeds": [-30.0, -30.0]}]
+    rubs = {"rolling_resistance": 4e-3, "adherence": 0.01} | friction | {"rolling_law": law}
+    return machine(PAIR | {"balls": balls, "friction": rubs}, unbalances=[])
+
+
+def test_a_guided_ball_is_braked_by_the_law_of_its_rolling_resistance() -> None:
+    orbit, speed, growth = PAIR["orbit_radius"], 120.0, 0.2
+    inertia = 1.4 * 7800.0 * math.pi / 6.0 * BALL["diameter"] ** 3 * orbit**2  # of a full sphere that rolls
+
+    def rates(time: float, state: Any) -> list[float]:
+        rolling = 4e-3 * (1.0 + growth * orbit * abs(state[0]))
+        return [rolling * (speed + state[0]) ** 2 / 1.4 - PAIR["drag"]["damping"] * state[0] / inertia]
+
+    expected = solve_ivp(rates, (0.0, 0.2), [-30.0], rtol=1e-10).y[0, -1]
+    run = ab.simulate(guided(Thickens(growth=growth)), duration=0.2, tolerance=1e-9)
+    assert run["ball_speed_in_rotor"].values[-1] == pytest.approx(expected, rel=1e-6)
+    plain, constant = (ab.simulate(guided(law), duration=0.2, tolerance=1e-9) for law in (None, {"kind": "coulomb"}))
+    ends = [float(one["ball_speed_in_rotor"].values[-1, 0]) for one in (plain, constant)]
+    assert ends[0] == pytest.approx(ends[1], rel=1e-6)
+    assert abs(ends[0] - expected) > 0.1
+
+
+def test_a_law_that_does_not_fit_guided_balls_is_refused() -> None:
+    for law, friction, message in (
+        (Viscous(constant=1.0), {}, r"friction\.rolling_law: .* 'viscous' is not a number at a slip of 1e-09 m/s"),
+        (
+            {"kind": "stribeck", "peak": 0.02, "peak_speed": 0.1},
+            {},
+            "begins to roll with 0.02; the adherence must not be",
+        ),
+        ({"kind": "coulomb"}, {"rolling_resistance": 0.0}, "rolling_law: changes the 'rolling_resistance'"),
+    ):
+        with pytest.raises(MachineError, match=message):
+            assemble(guided(law, **friction))

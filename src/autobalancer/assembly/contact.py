@@ -104,7 +104,7 @@ class Tables:
 def dampers(law: Law) -> Floats:
     """Damping ratios, (SIZE,)."""
     left = restitution_at(law, SPEEDS)
-    ratio = _ratios(left)[:, None]
+    ratio = np.interp(left, *_known())[:, None]
     kept = np.empty((SPEEDS.size, TURNS))
     q, v = np.sin(REBOUND_TURN), np.cos(REBOUND_TURN)
     ahead = v + ratio * q
@@ -150,10 +150,6 @@ def _known() -> tuple[Floats, Floats]:
     """Damping ratios over what they leave, ascending."""
     left = np.concatenate([np.geomspace(LEAST, 0.5, 200), np.linspace(0.5, 1.0, 400)[1:]])
     return left, np.array([damping_ratio(float(e)) for e in left])
-
-
-def _ratios(left: Floats) -> Floats:
-    return np.asarray(np.interp(left, *_known()))
 
 
 # Which balls can meet, and the springs and dampers between them.

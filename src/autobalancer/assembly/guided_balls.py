@@ -106,11 +106,6 @@ class Lag:
 Lags = Mapping[tuple[int, int], Lag]  # by numbers of balancer and race, from 0
 
 
-def mode_count(lags: Lags) -> int:
-    """Further states that the relaxation modes need."""
-    return sum(int(lag.rates.size) for lag in lags.values())
-
-
 @dataclass(frozen=True)
 class UniformTable:
     """A curve over a uniform grid."""
@@ -262,10 +257,7 @@ class WaveRows:
         return rows
 
 
-# Forces on balls: which acts on which, and whether each is what it says.
-
-
-# Forces on balls as rows of kernels/records.py.
+# Forces on balls as rows of kernels/records.py: which acts on which, and whether each is what it says.
 
 
 def has_forces(machine: Machine) -> bool:

@@ -285,7 +285,7 @@ def race_with_rolling(race: Race, value: float) -> Friction:
     """The friction of a race with another rolling resistance."""
     given = race.friction or Friction()
     held = None if given.adherence is None else max(float(given.adherence), value)
-    return Friction(rolling_resistance=value, adherence=held)
+    return Friction(rolling_resistance=value, adherence=held, rolling_law=given.rolling_law)
 
 
 def race_with_temperature(where: str, race: Race, value: float) -> Fluid:

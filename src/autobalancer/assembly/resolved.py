@@ -16,10 +16,11 @@ from autobalancer.catalog.resolve import Ball
 from autobalancer.errors import MachineError, Problem
 from autobalancer.kernels import records
 from autobalancer.kernels.compiler.callbacks import FRICTION, CompiledFunction, compile_function, in_words, numbers_row
+from autobalancer.kernels.laws.contact_law import LEAST_SLIP
 from autobalancer.kernels.records import FREE, FREE_BALL, NONE, PARTITION, SLIP
 from autobalancer.kernels.system import Floats, Integers, Matrix, Rows, System
 from autobalancer.laws.impacts import damping_ratio, hertz_damping_ratio, hertz_stiffness
-from autobalancer.machine import FrictionLaw, Machine, Race, ResolvedContact
+from autobalancer.machine import Friction, FrictionLaw, Machine, Race, ResolvedContact
 from autobalancer.machine.plugins import find
 from autobalancer.machine.rebound import Rebound
 from autobalancer.progress import returned
@@ -61,7 +62,10 @@ def free_rows(machine: Machine, balls: tuple[Ball, ...], angles: Floats, fluids:
     for i, (row, ball) in enumerate(zip(rows, balls, strict=True)):
         race = machine.balancers[ball.balancer].races[ball.race]
         _fill(row, machine, race, ball)
-        row.rebound = _wall_table(tables, race, ball)
+        contact = race.resolved
+        assert contact is not None
+        least = least_rebound(contact.rebound, ball)
+        row.rebound = tables.first(contact.rebound, float(contact.restitution or 0.0), least)
         waves.fill(row, ball)
         fluids.fill(row, i)
         row.partition = bounded.index(i) if i in bounded else NONE
@@ -70,13 +74,6 @@ def free_rows(machine: Machine, balls: tuple[Ball, ...], angles: Floats, fluids:
     pairs = _pair_tables(tables, machine, balls)
     others = friction_rows(machine, balls, rows) | {"rebounds": tables.numbers, "pair_rebounds": pairs}
     return {"free_balls": rows, "free": FREE.rows(len(balls)), "partitions": partitions, "waves": waves.rows} | others
-
-
-def _wall_table(tables: Tables, race: Race, ball: Ball) -> int:
-    """Where the table of a ball and the walls of its race begins."""
-    contact = race.resolved
-    assert contact is not None
-    return tables.first(contact.rebound, float(contact.restitution or 0.0), least_rebound(contact.rebound, ball))
 
 
 def _pair_tables(tables: Tables, machine: Machine, balls: tuple[Ball, ...]) -> Integers:
@@ -330,7 +327,7 @@ def set_partitions(row: Any, race: Race, ball: Ball, angle: float, mass: float, 
     return min(max(angle, low + half), high - half)
 
 
-# Friction laws of resolved balls: compiled, tried, and put into the rows of the balls.
+# Friction laws: compiled, tried, and put into the rows of the balls.
 
 
 SLIPS = np.geomspace(1e-6, 10.0, 29)  # m/s, at which a law is tried in both directions
@@ -339,7 +336,7 @@ REST = 1e-6  # share of the greatest coefficient that a law may have without sli
 
 
 def friction_rows(machine: Machine, balls: tuple[Ball, ...], rows: Rows) -> dict[str, Any]:
-    """Slips and numbers of friction laws as fields of a system; the laws go into the ``rows`` of the balls.
+    """Slips and numbers of friction laws as fields of a system, none without a law; these go into the ``rows`` of the balls.
 
     Raises
     ------
@@ -349,16 +346,17 @@ def friction_rows(machine: Machine, balls: tuple[Ball, ...], rows: Rows) -> dict
     slips = SLIP.rows(len(balls))
     numbers: list[float] = []
     for row, slip, ball in zip(rows, slips, balls, strict=True):
-        contact, law = _law(machine, ball)
-        slip.sliding, slip.slip_speed, slip.radius = contact.sliding_friction, contact.slip_speed, ball.radius
+        path, law, (slip.sliding, slip.slip_speed, most) = _law(machine, ball)
+        slip.radius, slip.pressed = ball.radius, math.nan
+        if law is None:
+            continue
         try:
-            row.friction = _tried(law, float(slip.sliding), float(slip.slip_speed), ball.radius).address
+            row.friction = _tried(law, float(slip.sliding), float(slip.slip_speed), ball.radius, most).address
         except MachineError as reason:
-            where = f"balancers[{ball.balancer + 1}].races[{ball.race + 1}].resolved.friction_law"
-            raise MachineError(f"{where}: the friction law {law.word()!r} {reason}") from None
+            raise MachineError(f"{_name(ball)}.{path}: the friction law {law.word()!r} {reason}") from None
         row.first_number = len(numbers)
         numbers += law.numbers().values() or (0.0,)
-    return {"slips": slips, "friction_numbers": np.array(numbers, np.float64)}
+    return {"slips": slips, "friction_numbers": np.array(numbers, np.float64)} if numbers else {}
 
 
 def friction_at_fault(machine: Machine, balls: tuple[Ball, ...], system: System) -> str:
@@ -367,24 +365,35 @@ def friction_at_fault(machine: Machine, balls: tuple[Ball, ...], system: System)
     if not wrong.size:
         return ""
     number = int(wrong[0])
-    at, word = system.slips[number], _law(machine, balls[number])[1].word()
+    at, law = system.slips[number], _law(machine, balls[number])[1]
+    assert law is not None
     return (
-        f"the friction law {word!r} was not a number on ball {number + 1} at a slip of {at.wrong_slip:.6g} m/s on a wall that "
-        f"pressed with {at.wrong_pressed:.4g} N"
+        f"the friction law {law.word()!r} was not a number on ball {number + 1} {_at(at.wrong_slip, at.wrong_pressed)}"
     )
 
 
-def _law(machine: Machine, ball: Ball) -> tuple[ResolvedContact, FrictionLaw]:
-    contact = machine.balancers[ball.balancer].races[ball.race].resolved
-    assert contact is not None
-    law = contact.friction_law or find(FrictionLaw, "coulomb")()
+def _at(slip: float, pressed: float) -> str:
+    wall = "" if math.isnan(pressed) else f" on a wall that presses with {pressed:.4g} N"
+    return f"at a slip of {slip:.6g} m/s{wall}"
+
+
+def _law(machine: Machine, ball: Ball) -> tuple[str, FrictionLaw | None, tuple[float, float, float]]:
+    """Where the law of a ball stands, and itself; coefficient and speed of its slip, and the greatest with which it may begin."""
+    race = machine.balancers[ball.balancer].races[ball.race]
+    if race.resolved is None:
+        given = race.friction or Friction()
+        return "friction.rolling_law", given.rolling_law, (given.rolling_resistance, 1e-3 * LEAST_SLIP, given.holding)
+    contact, law = race.resolved, race.resolved.friction_law or find(FrictionLaw, "coulomb")()
     assert isinstance(law, FrictionLaw)
-    return contact, law
+    return "resolved.friction_law", law, (float(contact.sliding_friction), float(contact.slip_speed), math.inf)
 
 
 @lru_cache(maxsize=256)
-def _tried(law: FrictionLaw, sliding: float, slip_speed: float, radius: float) -> CompiledFunction:
-    """The compiled law of a ball: a number everywhere, against the slip, and nothing without it."""
+def _tried(law: FrictionLaw, sliding: float, slip_speed: float, radius: float, most: float) -> CompiledFunction:
+    """The compiled law of a ball: a number everywhere, against the slip, and nothing without it.
+
+    A guided ball, which adherence holds, begins to roll with ``most`` at most.
+    """
     function = getattr(type(law), "coefficient", None)
     if function is None:
         raise MachineError("has no 'coefficient'; write it as a static method: coefficient(at, own) -> float")
@@ -393,18 +402,22 @@ def _tried(law: FrictionLaw, sliding: float, slip_speed: float, radius: float) -
         made = compile_function(*requested)
     except Exception as reason:
         raise MachineError(f"does not compile: {in_words(reason, *requested)}") from None
-    returned(lambda: _refuse_driving(law, made, sliding, slip_speed, radius), f"the friction law {law.word()!r}")
+    at = SLIP.row(sliding=sliding, slip_speed=slip_speed, radius=radius)
+    returned(lambda: _refuse_driving(law, made, at, most), f"the friction law {law.word()!r}")
     return made
 
 
-def _refuse_driving(law: FrictionLaw, made: CompiledFunction, sliding: float, slip_speed: float, radius: float) -> None:
+def _refuse_driving(law: FrictionLaw, made: CompiledFunction, at: Any, most: float) -> None:
     """Refuse a law that is not a number somewhere, or drives a ball."""
     own, greatest = numbers_row(law.numbers()), 0.0
-    for pressed in PRESSED:
-        for slip in (*SLIPS, *-SLIPS, 0.0):
-            at = SLIP.row(slip=slip, pressed=pressed, sliding=sliding, slip_speed=slip_speed, radius=radius)
-            value = float(made.function(at, own))
-            where = f"at a slip of {slip:.4g} m/s on a wall that presses with {pressed:g} N"
+    for pressed in PRESSED if math.isinf(most) else (math.nan,):
+        for slip in (LEAST_SLIP, *SLIPS, *-SLIPS, 0.0):
+            at.slip, at.pressed = slip, pressed
+            value, where = float(made.function(at, own)), _at(slip, pressed)
+            if value > most * ROUNDING and slip == LEAST_SLIP:
+                raise MachineError(
+                    f"begins to roll with {value:.4g}; the adherence must not be less, now it is {most:.4g}"
+                )
             if not math.isfinite(value):
                 raise MachineError(f"is not a number {where}: it returned {value:g}")
             greatest = max(greatest, abs(value))

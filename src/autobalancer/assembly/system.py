@@ -29,7 +29,6 @@ from autobalancer.assembly.guided_balls import (
     ball_rows,
     force_rows,
     is_real,
-    mode_count,
     moving_rows,
     put_on_races,
     uniform_table,
@@ -51,13 +50,12 @@ from autobalancer.assembly.reduced_rotor import (
     top_speed,
     turned,
 )
-from autobalancer.assembly.resolved import free_rows, is_resolved, resolved_scales, start_states
+from autobalancer.assembly.resolved import free_rows, friction_rows, is_resolved, resolved_scales, start_states
 from autobalancer.assembly.rotors import rows_at
 from autobalancer.assembly.rotors.equivalent_stiffness import HardPlace, Mount
 from autobalancer.assembly.rotors.reduction import Reduction
 from autobalancer.catalog.resolve import Ball, occupied_angle, planar_rotor, resolve
 from autobalancer.errors import MachineError, QuestionError
-from autobalancer.kernels import records as at
 from autobalancer.kernels.records import (
     BALL_STATES,
     COUPLING,
@@ -257,18 +255,20 @@ def assemble_general(
     turns = (parts.isotropic and calm) if rotating is None else rotating and parts.isotropic
     n, size = len(balls), parts.size
     rest, own = BALLS + 2 * n, 2 + 2 * size + 2 * n  # where coordinates and where states of balls begin
-    further = _resolved_size(balls, lags) if model is Model.RESOLVED else mode_count(lags)
-    elastic = own + further  # where states of rubber begin, and where they end
+    free = BALL_STATES * n if model is Model.RESOLVED else 0
+    relaxing = sum(int(lag.rates.size) for lag in lags.values())  # modes of fluids
+    elastic = own + free + relaxing  # where states of rubber begin, and where they end
     end = elastic + 2 * element_count(parts)
     drive = drive_of(machine, end)
     angles = np.array(start_angles(balls, generator(seed)), np.float64)
-    fluids = FluidRows(balls, lags, own + further - mode_count(lags))
+    fluids = FluidRows(balls, lags, own + free)
     if model is Model.RESOLVED:
         rows = free_rows(machine, balls, angles, fluids)
     else:
         rows = _guided(balls)
         if model in (Model.ROUGH, Model.ROUGH_TILTING):
             rows["waves"] = put_on_races(machine, balls, rows["balls"], rows["guided"], fluids).rows
+            rows |= friction_rows(machine, balls, rows["balls"])
     host, work = host_of(machine, parts, drive.segments.start)
     shakes, vectors = excitations(machine, parts, host.width, fluids)
     system = System(
@@ -305,11 +305,10 @@ def assemble_general(
     state[elastic:] = turned(forces, -angle) if system.rotating else forces
     scale[elastic:], growing[elastic:] = force_scales(parts, length), 1.0
     if model is Model.RESOLVED:
-        free = slice(own, own + BALL_STATES * n)
-        state[free] = start_states(machine, balls, angles, system.free_balls, state[SPEED]).ravel()
+        state[own : own + free] = start_states(machine, balls, angles, system.free_balls, state[SPEED]).ravel()
         # not the critical speeds of stiff bearings, which no ball goes round at
         usual = top_speed(machine) or min(parts.critical_speeds, default=0.0)
-        scale[free] = resolved_scales(balls, system.free_balls, usual).ravel()
+        scale[own : own + free] = resolved_scales(balls, system.free_balls, usual).ravel()
     state = np.append(state, _start_of_links(machine, state[SPEED]))
     scale = np.append(scale, _scale_of_links(machine, parts.frequency))
     growing = np.append(growing, np.zeros(state.size - growing.size))
@@ -321,11 +320,6 @@ def assemble_general(
         system, state, scale, growing, balls, parts.critical_speeds, model, parts.reference, parts.stations,
         parts.reduction, parts.places, parts.mounts, parts.hard, parts.gyroscopic_shares,
     )  # fmt: skip
-
-
-def _resolved_size(balls: tuple[Ball, ...], lags: Lags) -> int:
-    """Further states of the balls and of their fluids."""
-    return len(balls) * at.BALL_STATES + mode_count(lags)
 
 
 def _model(machine: Machine, balls: tuple[Ball, ...], lags: Lags) -> Model:
@@ -359,7 +353,7 @@ def excitations(machine: Machine, parts: Parts, width: int, tables: FluidRows) -
     for number, (row, shake) in enumerate(zip(rows, machine.excitations, strict=True)):
         direction = np.array([math.cos(float(shake.direction)), math.sin(float(shake.direction))])
         if isinstance(shake, (BaseMotion, RecordedBaseMotion)):
-            row.felt, moved = 1, _base(parts)
+            row.felt, moved = 1, -parts.reduction.basis.T @ parts.model.mass @ parts.model.translation
         else:
             place = rows_at(machine, parts.model, shake.station, "excitations", number, "station")
             moved = (parts.model.both(place.deflection[None]) @ parts.reduction.basis).T
@@ -376,11 +370,6 @@ def excitations(machine: Machine, parts: Parts, width: int, tables: FluidRows) -
         table = uniform_table(*_with_silence(np.array(shake.time, np.float64), np.array(values, np.float64)))
         row.table_x, row.table_y = (tables.add_table(_times(table, float(share))) for share in direction)
     return rows, vectors
-
-
-def _base(parts: Parts) -> Matrix:
-    """Forces on the coordinates per acceleration of the base along x and y, seen from there."""
-    return np.asarray(-parts.reduction.basis.T @ parts.model.mass @ parts.model.translation)
 
 
 def _size(shake: BaseMotion | HarmonicForce) -> float:

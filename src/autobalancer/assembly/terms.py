@@ -201,6 +201,8 @@ TERMS = (
     ),
     Term("adherence", "Friction: adherence; Balls: bearing_radius", frozenset({HELD, BASIN}), NO_BALLS, MOVING,
          there=lambda machine: any(race.friction is not None and race.friction.adherence for race in _races(machine))),
+    Term("law of rolling resistance", "Friction: rolling_law; FrictionLaw: *", frozenset({BASIN}), NO_BALLS, MOVING,
+         there=lambda machine: any(race.friction is not None and race.friction.rolling_law for race in _races(machine))),
     Term(
         "friction between balls",
         "Contact: friction slip_speed",

@@ -91,10 +91,12 @@ FORCE = Record(
 
 
 SLIP = Record(
-    Field("slip", "m/s", "velocity with which the ball slides on the wall, of either sign"),
-    Field("pressed", "N", "force of the wall"),
-    Field("sliding", "1", "coefficient of friction, the key `sliding_friction`"),
-    Field("slip_speed", "m/s", "the key `slip_speed`"),
+    Field(
+        "slip", "m/s", "velocity with which the ball slides on the wall, of either sign; of a guided one along its race"
+    ),
+    Field("pressed", "N", "force of the wall; of a guided ball not a number"),
+    Field("sliding", "1", "coefficient of friction, the key `sliding_friction`; of a guided ball `rolling_resistance`"),
+    Field("slip_speed", "m/s", "the key `slip_speed`; of a guided ball far below any slip"),
     Field("radius", "m", "of the ball"),
     Field("wrong", "", "whether the law ever was not a number where the slip was one", kind=np.int64),
     Field("wrong_slip", "m/s", "the last slip where that was so"),
@@ -122,6 +124,8 @@ BALL = Record(
     Field("center_y", "m", "center of its race in the rotor"),
     Field("rolling", "1", "rolling resistance"),
     Field("adherence", "1", "greatest force that holds it at rest, over the normal force"),
+    Field("friction", "", "address of the law of its rolling resistance; 0: it has none", kind=np.int64),
+    Field("first_number", "", "place of the first of the own numbers of this law", kind=np.int64),
     Field("pulls", "1", "1: what guides it also pulls, as the bearing of a pendulum; 0: it only presses"),
     Field("waves", "", "how many harmonics its path has", kind=np.int64),
     Field("first_wave", "", "number of the first of them", kind=np.int64),
@@ -145,12 +149,7 @@ CONTACT = Record(
     Field("wall_high", "rad", "angle at the partition ahead"),
     Field("wall_hard", "N m/rad", "stiffness of partitions; 0: there are none"),
     Field("wall_soft", "N m s/rad", "their damping"),
-    Field(
-        "rebound",
-        "",
-        "where the table of the damping ratio begins, by which soft is multiplied; NONE: soft is all",
-        kind=np.int64,
-    ),
+    Field("rebound", "", "where the table of the damping ratio begins, a factor of soft; NONE: none", kind=np.int64),
     Field("wall_rebound", "", "the same of partitions", kind=np.int64),
     Field("pace", "m", "speed at which the balls approach over the rate of the angle between them"),
     Field("wall_pace", "m", "the same of a partition"),
@@ -202,9 +201,7 @@ GUIDED = Record(
 phi'' = push - lean.A - twist w', with A the acceleration of its station (u, v: of its slope)."""
 
 TIE = Record(
-    Field(
-        "joined", "", "1: it touches the next ball and moves with it, 2: in the last gap of a full race", kind=np.int64
-    ),
+    Field("joined", "", "1: it moves with the next ball, which it touches, 2: in the last gap", kind=np.int64),
     Field("low", "", "1: it touches the partition behind", kind=np.int64),
     Field("high", "", "1: it touches the partition ahead", kind=np.int64),
     Field("follows", "", "1: the ball before is joined with it", kind=np.int64),
@@ -260,12 +257,7 @@ FREE_BALL = Record(
     Field("wall_damping", "N s/m or N s/m^1.25", "of the outer wall"),
     Field("inner_stiffness", "N/m or N/m^1.5", "of the inner wall"),
     Field("inner_damping", "N s/m or N s/m^1.25", "of the inner wall"),
-    Field(
-        "rebound",
-        "",
-        "where the table of the damping ratio of the walls begins, for both dampings; NONE: none",
-        kind=np.int64,
-    ),
+    Field("rebound", "", "where the table of the damping ratio of both walls begins; NONE: none", kind=np.int64),
     Field("ball_stiffness", "N/m or N/m^2", "between balls; with Hertz for a pair whose radii reduce to 1 m"),
     Field("ball_damping", "1 or 1/m^0.25", "between balls, per square root of stiffness times mass"),
     Field("friction", "", "address of the friction law of the walls", kind=np.int64),
@@ -315,14 +307,11 @@ FREE = Record(
 # Contacts that can begin, and those that did.
 
 
-NEXT, BEHIND, AHEAD, WALL, INNER, SIDES, OTHER_BALL = range(
-    7
-)  # of a guided ball the first three, of a resolved one the others
+# of a guided ball the first three, of a resolved one the others
+NEXT, BEHIND, AHEAD, WALL, INNER, SIDES, OTHER_BALL = range(7)
 
 TOUCH = Record(
-    Field(
-        "kind", "", "NEXT: with the next ball, BEHIND, AHEAD, SIDES: with a partition, WALL, INNER, BALL", kind=np.int64
-    ),
+    Field("kind", "", "NEXT: with the next ball, BEHIND, AHEAD, SIDES: a partition, WALL, INNER, BALL", kind=np.int64),
     Field("one", "", "number of the ball", kind=np.int64),
     Field("other", "", "number of the other ball, -1 without one", kind=np.int64),
     Field("known", "", "1 while they touch, 0 while they do not, -1 before the first look", kind=np.int64),

@@ -346,6 +346,7 @@ def _own_code(machine: Machine) -> str:
     """Forces and friction laws of somebody's own that are called within a chunk of steps, in words; empty without any."""
     races = [race for balancer in machine.balancers for race in balancer.races]
     laws = [race.resolved.friction_law for race in races if race.resolved is not None]
+    laws += [race.friction.rolling_law for race in races if race.friction is not None]
     leaves = [*(force for race in races for force in race.forces), *(law for law in laws if law is not None)]
     own = {leaf.word(): leaf for leaf in leaves if not type(leaf).__module__.startswith("autobalancer.")}
     return f"a run with {' and '.join(f'the {leaf.one} {word!r}' for word, leaf in own.items())}" if own else ""

@@ -228,6 +228,7 @@ def _why_no_modes(assembly: Assembly) -> str:
     system = assembly.system
     obstacles = {
         "balls that are resolved in contact": assembly.model is Model.RESOLVED,
+        "laws of rolling resistance": bool(system.balls.friction.any()),
         "real races that tilt": assembly.model is Model.ROUGH_TILTING,
         "recorded excitations": bool((system.shakes.kind == RECORDED).any()),
         "a stop of a bearing": bool((system.bearings.springs.contact > 0.0).any()),
@@ -387,8 +388,9 @@ def _bases(
         matrices = _turning(one), _turning(other)
     else:
         matrices = _resting(np.asarray(2.0 * one)), _resting(other.conj().swapaxes(1, 2)).swapaxes(1, 2)
-    drawn = (_pairs(numbers[kept].reshape(count, size)) for numbers in (exponents, drifts))
-    return np.hstack([speeds[:, None], *drawn, *(matrix.reshape(count, -1) for matrix in matrices)])
+    chosen = (np.ascontiguousarray(numbers[kept].reshape(count, size)) for numbers in (exponents, drifts))
+    drawn = (*(one.view(np.float64) for one in chosen), *(matrix.reshape(count, -1) for matrix in matrices))
+    return np.hstack([speeds[:, None], *drawn])
 
 
 def _matched(inverse: Matrix, shapes: Complexes, turning: bool) -> tuple[Any, Complexes]:
@@ -420,11 +422,6 @@ def _apart(shapes: Complexes, exponents: Complexes) -> bool:
 def _complex(matrix: Matrix) -> Complexes:
     """A matrix of an isotropic rotor over x + i y."""
     return np.asarray(matrix[0::2, 0::2] + 1j * matrix[1::2, 0::2], np.complex128)
-
-
-def _pairs(numbers: Complexes) -> Matrix:
-    """Real and imaginary parts, alternating along the last axis."""
-    return np.ascontiguousarray(numbers).view(np.float64)
 
 
 def _turning(matrices: Complexes) -> Matrix:

@@ -35,12 +35,7 @@ from autobalancer.kernels.trigonometry import sine_cosine
 def push_guided(y: Any, p: System, speed: float) -> None:
     """Add to what each guided ball touches the torque of its forces, and what they press it on the wall."""
     if p.forces.shape[0] > 0:
-        _push_guided(y, p, speed)
-
-
-@njit(**INLINE)
-def _push_guided(y: Any, p: System, speed: float) -> None:
-    put_guided(y, p, speed)
+        put_guided(y, p, speed)
     for f in range(p.forces.shape[0]):
         force = p.forces[f]
         fx, fy, its_x, its_y = _force_at(y, p, f)
@@ -79,12 +74,7 @@ def put_resolved(y: Any, p: System, speed: float) -> None:
 def push_resolved(y: Any, p: System, speed: float) -> None:
     """Add its forces to what each resolved ball feels."""
     if p.forces.shape[0] > 0:
-        _push_resolved(y, p, speed)
-
-
-@njit(**INLINE)
-def _push_resolved(y: Any, p: System, speed: float) -> None:
-    put_resolved(y, p, speed)
+        put_resolved(y, p, speed)
     for f in range(p.forces.shape[0]):
         force = p.forces[f]
         fx, fy, its_x, its_y = _force_at(y, p, f)

@@ -36,6 +36,7 @@ from autobalancer.kernels.compiler.flags import EQUATIONS, EQUATIONS_PART, INLIN
 from autobalancer.kernels.compiler.numba_struct import data
 from autobalancer.kernels.compiler.simd import where
 from autobalancer.kernels.host.linear import Motion, dot
+from autobalancer.kernels.laws.contact_law import LEAST_SLIP, coefficient
 from autobalancer.kernels.laws.curves import drag_force, fluid_lag, slipstream
 from autobalancer.kernels.records import NONE, PRESCRIBED
 from autobalancer.kernels.system import BALLS, System
@@ -79,10 +80,12 @@ def gather(time, y, p, motion, b, kind) -> tuple[float, float]:  # type: ignore[
         force = normal(ball.mass, path, motion, known, moving.outward)
         if each == 4:
             force = tilting_normal(force, ball.mass, path, motion, slope, rate)
-        arm, weight = (
-            rubbing_arm(ball, path, moving.mode, moving.normal if pressed else force.push),
-            _stretched(ball, path),
-        )
+        arm = rubbing_arm(ball, path, moving.mode, moving.normal if pressed else force.push)
+        weight = float(ball.stretch * path.length * path.length)
+        if ball.friction != 0:
+            at = p.slips[b]
+            at.slip, at.sliding = abs(path.length * rate) + LEAST_SLIP, ball.rolling
+            arm *= coefficient(p, ball, at, at.slip) / ball.rolling
         felt = rubbed(its, force, arm)
         inverse = where(moving.mode != 0.0, 1.0 / weight, 0.0)
         _hold(moving, its)
@@ -99,12 +102,6 @@ def gather(time, y, p, motion, b, kind) -> tuple[float, float]:  # type: ignore[
     _load(p, ball.station * each, each, motion.acceleration, part, its, found)
     _weigh(p, ball.station * each, each, ball.mass, path, its, found)
     return part.torque - its.spin * found.push, part.inertia + steady - its.spin * found.spin
-
-
-@njit(**INLINE)
-def _stretched(ball: Any, path: Path) -> float:
-    """Inertia of the angle of a ball."""
-    return float(ball.stretch * path.length * path.length)
 
 
 @njit(**INLINE)

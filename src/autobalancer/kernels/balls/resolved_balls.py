@@ -16,12 +16,11 @@ from numba import types, void
 from autobalancer.kernels.balls.ball_forces import push_resolved
 from autobalancer.kernels.balls.guided import closest, orbit
 from autobalancer.kernels.balls.rates import rates_of
-from autobalancer.kernels.compiler.callbacks import call_friction
 from autobalancer.kernels.compiler.flags import COMPILED, EQUATIONS, INLINE, njit
 from autobalancer.kernels.compiler.numba_struct import data
 from autobalancer.kernels.host.linear import Motion
 from autobalancer.kernels.laws.contact_law import NONE as CONSTANT
-from autobalancer.kernels.laws.contact_law import adherence, damping_at, normal_force
+from autobalancer.kernels.laws.contact_law import adherence, coefficient, damping_at, normal_force
 from autobalancer.kernels.laws.curves import drag_force, fluid_lag, slipstream
 from autobalancer.kernels.records import (
     BALL_SPIN,
@@ -133,10 +132,7 @@ def touch(p: System, ball: Any, x: float, z: float, vx: float, vz: float) -> Tou
 def _slide(p: System, ball: Any, at: Any, slip: float, pressed: float) -> float:
     """Friction of a wall against this slip, N."""
     at.slip, at.pressed = slip, pressed
-    coefficient = call_friction(ball.friction, at, p.friction_numbers, ball.first_number)
-    if not math.isfinite(coefficient) and math.isfinite(slip + pressed):
-        at.wrong, at.wrong_slip, at.wrong_pressed = 1, slip, pressed
-    return pressed * coefficient
+    return pressed * coefficient(p, ball, at, slip + pressed)
 
 
 @njit(**INLINE)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from autobalancer.kernels.compiler.callbacks import call_friction
 from autobalancer.kernels.compiler.flags import EXACT_PART, INLINE, njit
 from autobalancer.kernels.compiler.numba_struct import data
 
@@ -21,6 +22,18 @@ def normal_force(depth: float, rate: float, stiffness: float, damping: float, he
         return max(stiffness * depth + damping * rate, 0.0)
     root = math.sqrt(depth)
     return max(stiffness * depth * root + damping * math.sqrt(root) * rate, 0.0)
+
+
+LEAST_SLIP = 1e-9  # m/s; what a law says of a guided ball that begins to roll
+
+
+@njit(**INLINE)
+def coefficient(p: Any, ball: Any, at: Any, known: float) -> float:
+    """What the friction law of a ball says ``at`` its slip; that it is not a number is noted there, where ``known`` is one."""
+    found = call_friction(ball.friction, at, p.friction_numbers, ball.first_number)
+    if not math.isfinite(found) and math.isfinite(known):
+        at.wrong, at.wrong_slip, at.wrong_pressed = 1, at.slip, at.pressed
+    return found
 
 
 @njit(**INLINE)

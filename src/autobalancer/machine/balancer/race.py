@@ -223,6 +223,8 @@ def _refuse_pendulums(race: Any) -> None:
     for name, reason in reasons.items():
         if getattr(race, name):
             raise ValueError(f"{name}: {reason}")
+    if race.friction is not None and race.friction.rolling_law is not None:
+        raise ValueError("friction.rolling_law: a pendulum slides in its bearing; leave it out")
     if race.friction is not None and any(group.bearing_radius is None for group in race.balls):
         raise ValueError("balls.bearing_radius: missing; the friction of a pendulum acts at the radius of its bearing")
     for group in race.balls:
@@ -373,6 +375,8 @@ class Race(Part):
             return self
         if any(group.motion == "point" for group in self.balls):
             raise ValueError("resolved: resolved balls can spin; set motion = 'rolling' and give their size")
+        if self.friction is not None and self.friction.rolling_law is not None:
+            raise ValueError("friction.rolling_law: applies to guided balls; for these use resolved.friction_law")
         rests = self.friction is not None and self.friction.holding > 0.0
         if rests and self.resolved.rest_speed is None:
             raise ValueError("resolved.rest_speed: missing; rolling resistance and adherence need it")

@@ -49,6 +49,30 @@ class Contact(Part):
         return self
 
 
+# How a race brakes a ball: what a friction law is.
+
+
+class FrictionLaw(Leaf):
+    """The coefficient of friction of a ball over its velocity: of a resolved one by its slip on the walls, of a guided one, which
+    rolls, along its race; its rolling resistance stands for sliding friction then, and it does not know what presses.
+
+    A leaf of this family is one class with this static method, which is compiled when it is first used; ``at`` is the slip
+    (fields of ``SLIP`` in kernels/records.py), ``own`` has the keys of the leaf that are numbers.
+
+    ``coefficient(at, own) -> float``
+        Friction over the force of the wall, with the sign of the slip ``at.slip``, which it opposes; zero without slip,
+        and smooth.
+    """
+
+    family: ClassVar[str] = "friction"
+    one: ClassVar[str] = "friction law"
+    current: ClassVar[int] = 1
+
+    def unfit(self, sliding: float) -> str:
+        """What is wrong with it beside this coefficient of sliding friction or rolling; empty if nothing is."""
+        return ""
+
+
 class Friction(Part):
     """Dry friction between ball and race.
 
@@ -67,6 +91,10 @@ class Friction(Part):
     adherence: Ratio | None = key(
         "greatest force that holds a ball at rest, over the wall force; by default the rolling resistance", None
     )
+    rolling_law: Annotated[FrictionLaw, OneOf(FrictionLaw)] | None = key(
+        "how the rolling resistance of guided balls depends on their velocity along the race; without it not at all",
+        None,
+    )
 
     @model_validator(mode="after")
     def _possible(self) -> Friction:
@@ -79,6 +107,10 @@ class Friction(Part):
                 f"adherence: given {self.adherence:g}; must not be less than the rolling resistance, "
                 f"{self.rolling_resistance:g}"
             )
+        if self.rolling_law is not None and self.rolling_resistance == 0.0:
+            raise ValueError("rolling_law: changes the 'rolling_resistance'; give that, or leave it out")
+        if self.rolling_law is not None and (wrong := self.rolling_law.unfit(self.rolling_resistance)):
+            raise ValueError(f"rolling_law.{wrong}")
         return self
 
     @property
@@ -134,29 +166,6 @@ class Partitions(Part):
 
     count: Annotated[int, Field(strict=True, ge=1, le=1000)] = key("equal parts")
     angle: Angle = key("of the first wall, in the rotor", 0.0)
-
-
-# How a wall brakes a ball that slides on it: what a friction law of resolved balls is.
-
-
-class FrictionLaw(Leaf):
-    """The coefficient of friction of a resolved ball on its walls over its slip.
-
-    A leaf of this family is one class with this static method, which is compiled when it is first used; ``at`` is the slip
-    (fields of ``SLIP`` in kernels/records.py), ``own`` has the keys of the leaf that are numbers.
-
-    ``coefficient(at, own) -> float``
-        Friction over the force of the wall, with the sign of the slip ``at.slip``, which it opposes; zero without slip,
-        and smooth.
-    """
-
-    family: ClassVar[str] = "friction"
-    one: ClassVar[str] = "friction law"
-    current: ClassVar[int] = 1
-
-    def unfit(self, sliding: float) -> str:
-        """What is wrong with it beside this coefficient of sliding friction; empty if nothing is."""
-        return ""
 
 
 Modulus = Annotated[float, Quantity("Pa", positive=True)]

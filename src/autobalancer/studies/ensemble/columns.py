@@ -391,7 +391,7 @@ def _alike(one: Any, other: Any) -> bool:
         return False
     if (changed & OF_BALLS and one.partitions is not None) or (changed & OF_MASS and one.forces):
         return False
-    if "friction" in changed and (one.friction is None or other.friction is None):
+    if "friction" in changed and len({race.friction and (race.friction.rolling_law,) for race in (one, other)}) > 1:
         return False
     lags = any(race.fluid is not None and race.fluid.lag != "none" for race in (one, other))
     falls = one.contact is not None and one.contact.rebound is not None  # by the fluid between balls
