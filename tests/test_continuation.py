@@ -362,7 +362,7 @@ def test_progress_is_reported_while_branches_are_followed() -> None:
         (("speed", 80.0, "80 rad/s"), {}, "two different values"),
         (("speed", -5.0, 80.0), {}, "greater than zero"),
         (("unbalance", "2000 g*mm", "1500 g*mm"), {"speed": 80.0}, "there is coincident, in line"),
-        (("speed", 80.0, 90.0), {"from_state": "balance"}, "must be balanced"),
+        (("speed", 80.0, 90.0), {"from_state": "balance"}, "must be 'balanced'"),
         (("speed", 200.0, 300.0), {"from_state": "stalled"}, "stall at no resonance"),
         (("speed", 80.0, 90.0), {"largest_step": 0.0}, "largest_step"),
         (("speed", 80.0, 90.0), {"intervals": 2}, "intervals"),

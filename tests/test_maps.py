@@ -417,7 +417,7 @@ def test_the_commands_print_what_the_functions_return(tmp_path: Path) -> None:
     [
         (("eigenvalues", "--speeds", "5:1 rpm:2"), "must ascend"),
         (("eigenvalues", "--speeds", "5:1"), "without a unit"),
-        (("eigenvalues", "--speeds", "5 rpm", "--state", "lost"), "must be balanced"),
+        (("eigenvalues", "--speeds", "5 rpm", "--state", "lost"), "must be 'balanced'"),
         (("map", "--x", "speed=1:2 rpm:3", "--y", "speed=1:2 rpm:3"), "two different parameters"),
         (("map", "--x", "speed=1:2 rpm", "--y", "drag=1:2 N*m*s:3"), "from:to:count"),
         (("map", "--x", "speed=0:2 rpm:3:log", "--y", "drag=1:2 N*m*s:3"), "ends above zero"),
