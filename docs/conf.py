@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 from pathlib import Path
+from typing import Any
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
@@ -53,7 +54,7 @@ myst_heading_anchors = 3
 
 autosummary_generate = True
 autosummary_ignore_module_all = False
-autosummary_context = {"commands": command_tables.examples()}  # for _templates/autosummary/function.rst
+autosummary_context = {"commands": command_tables.examples(), "snippets": command_tables.snippets()}  # for _templates
 autodoc_typehints = "signature"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
@@ -78,6 +79,32 @@ sphinx_gallery_conf = {
     "image_scrapers": ("matplotlib", "gallery_pictures.scrape"),
     "ignore_repr_types": r"matplotlib|autobalancer\.plots",
 }
+
+
+def source_first(app: Any, what: str, name: str, about: Any, options: Any, lines: list[str]) -> None:
+    """The paragraph that names sources stands behind the summary, as the last section of a docstring would take it."""
+    begin = next((k for k, line in enumerate(lines) if line.startswith("Source: ")), None)
+    section = next((k for k, line in enumerate(lines[1:]) if set(line) == {"-"}), None)
+    if begin is not None and section is not None and begin > section:
+        end = next((k for k in range(begin, len(lines)) if not lines[k].strip()), len(lines))
+        moved = lines[begin:end]
+        del lines[begin:end]
+        lines[section:section] = [*moved, ""]
+
+
+def keys_only(app: Any, what: str, name: str, about: Any, options: Any, signature: str, returns: str) -> Any:
+    """A part is written with its keys alone, whose values and meanings stand below."""
+    if what != "class" or not hasattr(about, "model_fields"):
+        return None
+    keys = (key if one.is_required() else f"{key}=..." for key, one in about.model_fields.items())
+    return f"({', '.join(keys)})", returns
+
+
+def setup(app: Any) -> None:
+    """Sphinx calls this."""
+    app.connect("autodoc-process-signature", keys_only)
+    app.connect("autodoc-process-docstring", source_first, priority=400)  # before napoleon
+
 
 # what follows writes the generated pages
 

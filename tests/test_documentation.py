@@ -289,3 +289,24 @@ def test_an_answer_is_known_by_the_function_that_made_it() -> None:
 def test_a_function_rests_on_the_sources_of_its_methods(made: str, key: str, use: str) -> None:
     assert use in sources(None, {}, {made})[key]
     assert key not in sources(None, {}, {"simulate"})
+
+
+def test_every_public_name_has_an_example_on_its_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
+    import command_tables
+
+    shown = {name for name, lines in command_tables.examples().items() if lines} | set(command_tables.snippets())
+    code = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "examples").rglob("*.py"))
+    shown |= {f"autobalancer.{name}" for name in re.findall(r"\bab\.([\w.]+)", code)}
+    public = {f"autobalancer.{space}.{name}".replace("..", ".") for space, names in NAMES.items() for name in names}
+    assert public - shown == set()
+    monkeypatch.delitem(sys.modules, "command_tables")
+
+
+def test_the_short_examples_run(capsys: pytest.CaptureFixture[str]) -> None:
+    blocks = OWN.findall((ROOT / "docs" / "short_examples.md").read_text(encoding="utf-8"))
+    names: dict[str, Any] = {"__name__": "__main__"}
+    for block in blocks:
+        if not block.startswith("# files of your own"):
+            exec(compile(block, "short_examples.md", "exec", dont_inherit=True), names)
+    assert capsys.readouterr().out.startswith("6.3\n")

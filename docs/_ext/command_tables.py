@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import typer
@@ -12,6 +13,7 @@ from autobalancer.cli import app
 from autobalancer.files.samples import RECIPES, sample_files, sample_names
 from autobalancer.public_names import function_of
 
+DOCS = Path(__file__).resolve().parents[1]
 HEAD = "| {} | meaning | default |\n|---|---|---|\n"
 
 
@@ -40,6 +42,19 @@ def examples() -> dict[str, list[str]]:
         name = function_of(path.removeprefix("autobalancer "))
         lines = re.findall(r"^\$ (.*)$", _help(command.help or ""), re.MULTILINE)
         found.setdefault(f"autobalancer.{name}", []).extend(lines if name else [])
+    return found
+
+
+def snippets() -> dict[str, tuple[str, str]]:
+    """By the full name of a public name the first lines of Python on a page that use it, and that page."""
+    found: dict[str, tuple[str, str]] = {}
+    for page in sorted(DOCS.glob("*.md")):
+        for code in re.findall(r"^```python\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL):
+            names = [f"autobalancer.{name}" for name in re.findall(r"\bab\.(\w+(?:\.\w+)*)", code)]
+            for module, listed in re.findall(r"^from (autobalancer\.\w+) import ([\w, ]+)$", code, re.MULTILINE):
+                names += [f"{module}.{name}" for name in listed.split(", ")]
+            for name in names:
+                found.setdefault(name, (code, page.stem))
     return found
 
 
