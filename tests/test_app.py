@@ -104,7 +104,7 @@ def test_a_machine_on_the_page_reads_no_file_of_the_server(file: str) -> None:
     for one in (text, *(with_value(DISCOIDAL, ("rotor", key), value) for key, value in of_rotors)):
         found = read(one)
         assert found.machine is None
-        assert "names no files" in found.message
+        assert "is not here" in found.message
 
 
 def test_a_drawing_fits_its_page_and_has_words() -> None:

@@ -78,7 +78,7 @@ def test_columns_are_guessed_and_what_the_heads_do_not_say_is_described(tmp_path
         ("b.mat", b"MATLAB", "b.mat: cannot be read"),
         ("c.nc", b"netCDF", "c.nc: not a readable result file"),
         ("d.wav", b"RIFF", "d.wav: cannot be read"),
-        ("e.exe", b"MZ", "no file of measurements"),
+        ("e.exe", b"MZ", "is none of these files"),
         ("f.uff", b"    -1\n", "no dataset 58"),
     ],
 )
@@ -95,6 +95,11 @@ def test_no_name_of_a_file_or_a_measurement_leaves_its_folder(tmp_path: Path) ->
     assert plain_name("../../etc/a b;c\0.CSV") == "a b_c_.csv"
     for name in ("a.h5", "a.tdms", "a.lvm"):  # whatever ab.measure.load_signals reads
         assert plain_name(name) == name
+    assert Measurements.keep_file(tmp_path / "files", "../K.mtx", b"1 1 5") == "K.mtx"
+    with pytest.raises(QuestionError, match=r"a\.exe': is none of these files; they end in \.csv, \.dat"):
+        Measurements.keep_file(tmp_path, "a.exe", b"")
+    with pytest.raises(QuestionError, match=r"K\.mtx: has 24\.0 MB; at most 24 MB are taken"):
+        Measurements.keep_file(tmp_path, "K.mtx", bytes(24_000_001))
     for name in ("..", "../x", "", "20261123-012345-zzzzzz", "a\0b"):
         with pytest.raises(QuestionError):
             Measurements(tmp_path).path(name)

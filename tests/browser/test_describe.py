@@ -71,16 +71,54 @@ def test_a_bin_stands_beside_the_header_of_its_box_and_takes_the_part_away(page:
     expect(at(page, "toml")).not_to_contain_text("fluid = {")
 
 
-def test_another_unit_keeps_the_quantity(page: Any) -> None:
+def test_another_unit_keeps_the_quantity_and_an_impossible_entry_is_refused_beside_its_field(page: Any) -> None:
     sample(page, "discoidal", "Discoidal rotor, planar stand-in")
     taken(page, page.get_by_label("unit of orbit_radius").click, "cm")
     expect(at(page, "toml")).to_contain_text('orbit_radius = "7.695 cm"')
-
-
-def test_an_impossible_entry_is_refused_beside_its_field_in_the_words_of_the_file_reader(page: Any) -> None:
-    sample(page, "discoidal", "Discoidal rotor, planar stand-in")
     at(page, ORBIT).fill("-3")
-    expect(message(page, ORBIT)).to_have_text("given '-3 mm'; must be greater than zero")
+    expect(message(page, ORBIT)).to_have_text("given '-3 cm'; must be greater than zero")
+
+
+MATRICES = """name = "Two masses"
+axis = "vertical"
+stations = [{ name = "race", position = "100 mm" }]
+unbalances = [{ moment = "300 g*mm", station = "race" }]
+drive = { kind = "speed", profile = { kind = "constant", speed = "400 rad/s" } }
+run = { duration = "0.1 s" }
+
+[rotor]
+kind = "matrices"
+files = { stiffness = "K.csv", mass = "M.csv", nodes = "nodes.csv", length_unit = "mm", mass_unit = "t" }
+
+[[balancers]]
+station = "race"
+races = [{ orbit_radius = "70 mm", drag = { law = "viscous", damping = "1e-4 N*m*s" }, balls = [
+  { count = 2, mass = "4 g", diameter = "10 mm" } ] }]
+"""
+FILES = {  # of a rotor with masses of 2 kg and 3 kg on springs of 100 N/mm, and one of 50 N/mm between them
+    "nodes": "node, direction, position [mm]\n1, ux, 0\n1, uy, 0\n2, ux, 100\n2, uy, 100\n",
+    "stiffness": "150 0 -50 0\n0 150 0 -50\n-50 0 150 0\n0 -50 0 150\n",
+    "mass": "2e-3 0 0 0\n0 2e-3 0 0\n0 0 3e-3 0\n0 0 0 3e-3\n",
+}
+
+
+def test_matrices_are_given_beside_the_fields_that_name_them_and_can_be_replaced_and_deleted(page: Any) -> None:
+    def give(place: str, name: str, text: str) -> None:
+        at(page, place).locator("input[type=file]").set_input_files(
+            [{"name": name, "mimeType": "", "buffer": text.encode()}]
+        )
+
+    give("upload", "masses.toml", MATRICES)
+    for key, name in (("stiffness", "K.csv"), ("mass", "M.csv"), ("nodes", "nodes.csv")):
+        expect(at(page, "check")).to_contain_text(f"file '{name}': is not here")
+        give(f"upload rotor.files.{key}", name, FILES[key])
+    expect(at(page, "check")).to_contain_text("matrices: M.csv: 4 coordinates", timeout=COMPILING)
+    give("upload rotor.files.stiffness", "K.csv", FILES["stiffness"].replace("150", "-150"))  # another of this name
+    expect(at(page, "check")).to_contain_text("is negative for some motion, so it does not rest")
+    at(page, "data files").click()
+    page.get_by_label("delete M.csv").click()
+    page.get_by_role("button", name="Delete", exact=True).click()
+    expect(at(page, "check")).to_contain_text("file 'M.csv': is not here")
 
 
 def test_the_text_and_the_form_of_an_empty_machine_say_what_is_missing(page: Any) -> None:

@@ -524,7 +524,7 @@ class RunPage:
             self.bench.insist()
             ui.notify("the machine is not possible yet; see its form on the page Describe", type="warning")
             return
-        text, length = self.bench.text, _decimal(self.duration.value)
+        text, length = self.bench.whole_text, _decimal(self.duration.value)
         if length:
             text = with_value(text, ("run", "duration"), length)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shutil
 import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from copy import deepcopy
@@ -46,19 +47,23 @@ class Reading:
     problems: dict[KeyPath, str] = field(default_factory=dict)
 
 
-def read(text: str) -> Reading:
-    """Read the text of a machine; what is wrong is an answer, not an error."""
+def read(text: str, files: Path = Path("no files")) -> Reading:
+    """Read the text of a machine, with the ``files`` of the user that it names; what is wrong is an answer, not an error."""
     if len(text) > LARGEST:
         return Reading(None, f"the text has more than {LARGEST} characters; machine files are smaller")
-    folder = example_path("discoidal").parent  # samples name tables beside them; no other file of the server is read
-    for name in files_in(data_of(text)):
-        if "/" in name or "\\" in name or not (folder / name).is_file():
-            text = f"file {name[:80]!r}: on this page a machine names no files; give the numbers in the text"
-            return Reading(None, text)
+    samples, named = example_path("discoidal").parent, list(files_in(data_of(text)))
+    for name in named:  # samples name tables beside them; no other file of the server is read
+        if Path(name).name != name or "\\" in name or not any((folder / name).is_file() for folder in (files, samples)):
+            return Reading(None, f"file {name[:80]!r}: is not here; give it on the page, beside its field of the form")
+    folder = files if any((files / name).is_file() for name in named) else samples
+    for name in named:
+        if not (folder / name).is_file():  # both a table of a sample and a file of the user
+            shutil.copy(samples / name, folder / name)
     try:
         return Reading(parse_machine(text, SOURCE, folder=folder))
     except AutobalancerError as error:
-        return Reading(None, str(error).removeprefix(f"{SOURCE}: "), by_path(error))
+        found = {path: message.replace(f"{folder}/", "") for path, message in by_path(error).items()}
+        return Reading(None, str(error).removeprefix(f"{SOURCE}: ").replace(f"{folder}/", ""), found)
 
 
 def drawable(text: str) -> Machine | ChamberMachine | None:
@@ -189,7 +194,7 @@ def named_machine(data: dict[str, Any], page: str, *, design: bool = False) -> N
         if not isinstance(reading.machine, possible):
             why = reading.message or "its balls move in chambers, and this question is for balls in races"
             return NamedMachine(message=f"the machine of the page Describe is not possible here: {why}")
-        return NamedMachine(PAGE, reading.machine, _self_contained(page, reading.machine))
+        return NamedMachine(PAGE, reading.machine, self_contained(page, reading.machine))
     name = str(given).removesuffix(".toml")
     known = given != name and name in (*sample_names("machines"), *sample_names("rigs"))
     if not (known or (design and given in sample_names("rigs"))):
@@ -208,7 +213,7 @@ def named_machine(data: dict[str, Any], page: str, *, design: bool = False) -> N
         return NamedMachine(
             message=f"machine: {path.name} has balls in chambers, and this question is for balls in races"
         )
-    return NamedMachine(path.name, machine, _self_contained(text, machine))
+    return NamedMachine(path.name, machine, self_contained(text, machine))
 
 
 def refuse_files(data: dict[str, Any]) -> None:
@@ -232,7 +237,7 @@ def about(study: Study) -> str:
     return f"{study.count} members: {draws}{where}{most}"
 
 
-def _self_contained(text: str, machine: Machine | ChamberMachine) -> str:
+def self_contained(text: str, machine: Machine | ChamberMachine) -> str:
     """The text of a machine that needs no file beside it."""
     try:
         data = tomllib.loads(text)

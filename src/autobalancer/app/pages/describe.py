@@ -23,9 +23,21 @@ from autobalancer.app.form_fields import (
     word_of,
     written,
 )
-from autobalancer.app.pages.elements import Bench, Changed, hinted, marked, picker, say_refused, toml_editor
+from autobalancer.app.pages.elements import (
+    Bench,
+    Changed,
+    button,
+    delete_button,
+    hinted,
+    marked,
+    picker,
+    refusals,
+    toml_editor,
+    uploader,
+)
 from autobalancer.app.problems import (
     EMPTY,
+    ROTOR_FILES,
     EntryPath,
     data_of,
     drawable,
@@ -37,6 +49,8 @@ from autobalancer.app.problems import (
 )
 from autobalancer.app.problems import EntryPath as DocumentPath
 from autobalancer.app.store.jobs import Latest
+from autobalancer.app.store.measured_files import LARGEST as LARGEST_FILE
+from autobalancer.app.store.measured_files import MACHINE_SUFFIXES, Measurements
 from autobalancer.app.store.pictures import svg_of
 from autobalancer.catalog import fluids, materials
 from autobalancer.errors import AutobalancerError, spell, unwarned
@@ -82,12 +96,32 @@ def _sources(bench: Bench) -> None:
         )
         picker(list(examples()), "sample machine", lambda name: bench.set_text(example_text(name)), at="sample")
         picker(list(examples("rigs")), "published rig", lambda name: bench.set_text(example_text(name)), at="rig")
-        box = ui.upload(on_upload=upload, auto_upload=True, max_file_size=LARGEST, max_files=1)
-        box.on("rejected", lambda event: say_refused(event, "a machine file", ".toml", LARGEST))
-        box.props("accept=.toml").classes("hidden").props('data-at="upload"')
-        ui.button("Open a file", icon="folder_open", on_click=lambda: box.run_method("pickFiles")).props(
-            "outline dense no-caps"
+        box, look = uploader(upload, "a machine file", (".toml",), LARGEST, at="upload"), "outline dense no-caps"
+        button("Open a file", lambda: box.run_method("pickFiles"), "folder_open", look)
+        button(
+            "Data files",
+            lambda: _data_files(bench),
+            "folder",
+            look,
+            hint="that machines of yours name",
+            at="data files",
         )
+
+
+def _data_files(bench: Bench) -> None:
+    """What was given beside machines, such as matrices of a rotor; each can be deleted."""
+
+    def gone() -> None:
+        dialog.close()
+        bench.reread()
+
+    with ui.dialog(value=True) as dialog, ui.card():
+        for file in sorted(bench.files.glob("*")):
+            with ui.row().classes("items-center gap-2 no-wrap"):
+                ui.label(f"{file.name}, {file.stat().st_size / 1e3:.0f} kB")
+                question = f"Delete {file.name}? Machines that name it need it; runs that are kept do not."
+                delete_button(file.name, question, file.unlink, gone)
+        ui.label("A file is given beside its field of the form; here are those that were.").classes("quiet")
 
 
 # The form of a machine, made from the classes that check its file.
@@ -104,12 +138,17 @@ ALTERNATIVES: dict[
         (("damping_ratio",), ("damping", "half_power_bandwidth", "rubber")),
     ),
     "Unbalance": tuple(((key,), ("moment", "couple", "misalignment")) for key in ("mass", "radius")),
+    "MatricesRotor": ((("files",), ("coordinates",)),),
+    "ModalRotor": ((("files",), ("resonances",)),),
+    "MatrixFiles": ((("file",), ("mass", "stiffness")),),
     "Race": ((("orbit_radius", "bearing"), ("race_radius",)),),
     "Fluid": ((("name",), ("density", "viscosity")),),
     "Balls": ((("diameter", "mass"), ()), (("material",), ("density",))),
 }
 
 
+TABLE_FILE = Field("file", "text", True, "a table with a line for each, units in its head", "")
+IN_TABLES = [("rotor", name) for name in ("segments", "disks", "supports")]
 SHORT = 6  # letters of a name that are seen beside a unit
 LOOK = "dense outlined debounce=350"
 
@@ -229,14 +268,38 @@ class Form:
                 self.mark()
 
         self.shown[path] = shown = _entry_of(field, path, value, changed, dropped if removable else None)
+        if path[-1] == "file" or (path[-2:-1] == ("files",) and path[-1] in ROTOR_FILES):
+            with shown.parent_slot.parent:
+                self._upload(path)
         if value is None:
             shown.on("blur", left)
+
+    def _upload(self, path: EntryPath, text: str = "") -> None:
+        """A button that takes the file for a key; it is kept for this user, and replaces one of its name."""
+
+        async def upload(event: events.UploadEventArguments) -> None:
+            content = await event.file.read()
+            box.reset()
+            with refusals():
+                name = Measurements.keep_file(self.bench.files, event.file.name, content)
+                if value_at(data_of(self.bench.text), path) == name:
+                    self.bench.reread(self)
+                else:
+                    self.edit(lambda text: with_value(text, path, name), again=True)
+
+        box = uploader(upload, "a file of a machine", MACHINE_SUFFIXES, LARGEST_FILE, at=f"upload {spell(path)}")
+        take, look = partial(box.run_method, "pickFiles"), "flat dense no-caps size=sm"
+        button(text, take, "upload_file", look, label=f"file for {path[-1]}", hint="take the file from this computer")
 
     def _table(self, field: Field, path: EntryPath, data: Any) -> None:
         with self._box(path, field.name, field.meaning, None if field.required else path):
             self._kind_and_fields(field, path, data if isinstance(data, dict) else {})
 
     def _tables(self, field: Field, path: EntryPath, data: Any) -> None:
+        if isinstance(data, dict) and "file" in data:
+            with self._box(path, f"{field.name} in a table", field.meaning, path):
+                self._entry(TABLE_FILE, (*path, "file"), data["file"], removable=False)
+            return
         entries = data if isinstance(data, list) else [data] if isinstance(data, dict) else []
         for number, entry in enumerate(entries):
             inner = (*path, number)
@@ -255,7 +318,10 @@ class Form:
 
         if path not in self.shown and not entries:
             self.shown[path] = ui.label("").classes("wrong")
-        ui.button(f"add {_singular(field.name)}", icon="add", on_click=more).props("flat dense no-caps size=sm")
+        with ui.row().classes("items-center gap-2"):
+            ui.button(f"add {_singular(field.name)}", icon="add", on_click=more).props("flat dense no-caps size=sm")
+            if not entries and path in IN_TABLES:
+                self._upload((*path, "file"), "or a table (CSV)")
 
     def _kind_and_fields(self, field: Field, path: EntryPath, data: dict[str, Any]) -> None:
         part = _chosen(field.parts, data)

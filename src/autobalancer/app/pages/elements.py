@@ -14,7 +14,7 @@ from fastapi import Request, Response
 from fastapi.responses import PlainTextResponse
 from nicegui import app, ui
 
-from autobalancer.app.problems import EMPTY, LARGEST, Reading, read
+from autobalancer.app.problems import EMPTY, LARGEST, Reading, read, self_contained
 from autobalancer.app.store.jobs import Job, Jobs
 from autobalancer.app.store.kept_runs import LOCAL, user_folder
 from autobalancer.errors import AutobalancerError, ResultError
@@ -435,8 +435,9 @@ class Bench(Typed):
     def __init__(self, user: str, home: Path, jobs: Jobs, long: Jobs | None = None) -> None:
         super().__init__(home / "draft.toml", example_text(FIRST))
         self.user, self.home, self.jobs = user, home, jobs
+        self.files = home / "files"  # that machines of this user name
         self.long = long if long is not None else jobs  # of studies, one at a time, as each takes all cores
-        self._reading: Reading = read(self._text)
+        self._reading: Reading = read(self._text, self.files)
         self.begun = self._text == EMPTY  # a machine from nothing: what is not filled in yet is no mistake
 
     @property
@@ -445,9 +446,20 @@ class Bench(Typed):
         self.take()
         return self._reading
 
+    @property
+    def whole_text(self) -> str:
+        """The text of the machine, or the numbers of one that names files: what is asked of it needs nothing beside it."""
+        machine = self.reading.machine
+        return self.text if machine is None else self_contained(self.text, machine)
+
     def _understand(self) -> None:
-        self._reading = read(self._text)
+        self._reading = read(self._text, self.files)
         self.begun = self._reading.machine is None and (self.begun or self._text == EMPTY)
+
+    def reread(self, origin: object = None) -> None:
+        """A file that the machine may name is another one now."""
+        self._understand()
+        self.tell(origin)
 
     def insist(self) -> None:
         """From now on, what is missing is wrong."""

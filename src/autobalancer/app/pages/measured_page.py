@@ -160,7 +160,7 @@ class Beside:
                 return
             profile, angle = job.result
             with refusals():
-                text: Any = with_value(self.bench.text, ("drive",), {"kind": "speed", "profile": profile})
+                text: Any = with_value(self.bench.whole_text, ("drive",), {"kind": "speed", "profile": profile})
                 self.bench.set_text(with_value(text, ("start", "rotor_angle"), angle))
                 ui.notify("the machine turns as was measured; undo brings its own drive back", type="positive")
 
@@ -310,7 +310,7 @@ class Fit:
         if self.bench.reading.machine is None:
             ui.notify("the machine is not possible yet; see its form", type="warning")
             return
-        name, text, asked = self.name, self.bench.text, PictureOptions(**vars(self.asked()))
+        name, text, asked = self.name, self.bench.whole_text, PictureOptions(**vars(self.asked()))
         question = Question(**{**vars(self.question), "free": [Free(**vars(one)) for one in self.question.free]})
         self.work.start(f"{TITLE}{name}", lambda job: fit(self.shelf, name, text, question, asked, job), self._over)
 

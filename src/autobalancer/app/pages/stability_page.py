@@ -162,7 +162,7 @@ class Panel:
 
     def start(self) -> None:
         """Put the question into the queue; it goes on when the page is closed."""
-        machine, text = self.bench.reading.machine, self.bench.text
+        machine, text = self.bench.reading.machine, self.bench.whole_text
         if self.waits:  # the form is still that of the machine before
             self.wanted = True
             self.work.said.set_text("begins")
@@ -264,7 +264,7 @@ class Panel:
     def is_of_the_machine(self) -> bool:
         """Whether the answer is of the machine of the page."""
         machine = self.bench.reading.machine
-        if self.about is None or self.about.text == self.bench.text:
+        if self.about is None or self.about.text == self.bench.whole_text:
             return True
         try:
             return isinstance(machine, Machine) and alike(self.about.machine, machine)

@@ -272,7 +272,7 @@ class DefineStudy(Define[StudyReading]):
 
     def read(self) -> StudyReading:
         """What the text says."""
-        return read_study_text(self.draft.text, self.bench.text)
+        return read_study_text(self.draft.text, self.bench.whole_text)
 
     def size(self) -> str:
         """How much work it is."""
@@ -439,7 +439,7 @@ class DefineDesign(Define[DesignReading]):
 
     def read(self) -> DesignReading:
         """What the text says."""
-        return read_design_text(self.draft.text, self.bench.text, self.find)
+        return read_design_text(self.draft.text, self.bench.whole_text, self.find)
 
     def size(self) -> str:
         """How much work it is."""

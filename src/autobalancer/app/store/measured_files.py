@@ -20,13 +20,14 @@ import tomli_w
 import xarray as xr
 
 from autobalancer.errors import AutobalancerError, QuestionError, ResultError, UnitError
+from autobalancer.files.matrix_files import FORMATS
 from autobalancer.files.samples import example_path, sample_names
 from autobalancer.files.text_files import TABLE, TABLES, read_text
 from autobalancer.measurement import signal_formats as formats
 from autobalancer.measurement.signal_formats import RawColumn, RawFile
 from autobalancer.measurement.signals import DIRECTIONS, UNITS, factor_to, quantity_of
 from autobalancer.results.folder_store import Shelf
-from autobalancer.results.signals import Signals
+from autobalancer.results.signals import UNIVERSAL, Signals
 from autobalancer.results.store import NETCDF
 from autobalancer.safe_file import write_safely
 
@@ -134,6 +135,10 @@ def _is_number(text: str) -> bool:
 LARGEST = 24_000_000  # bytes of a file; what goes with it in a request has room, too
 MOST, ROOM = 200, 2_000_000_000  # files of one user, and their bytes
 SUFFIXES = (*formats.SUFFIXES, ".nc")
+MACHINE_SUFFIXES = (
+    *sorted({*FORMATS, *TABLES, *UNIVERSAL}),
+    ".mapping",
+)  # matrices, modes, tables that a machine names
 LINES, WIDE = 12, 160  # of a preview
 MOST_LOADED = 3  # files whose numbers are kept in memory
 _loaded: dict[tuple[str, str], xr.Dataset] = {}
@@ -174,13 +179,7 @@ class Measurements(Shelf[Measured]):
             If it cannot be read, in the words of its reader.
         """
         called = plain_name(file)
-        if len(content) > LARGEST:
-            raise QuestionError(
-                f"{called}: has {len(content) / 1e6:.1f} MB; at most {LARGEST // 1_000_000} MB are taken"
-            )
-        there = self.entries()
-        if len(there) >= MOST or sum(one.bytes for one in there) + len(content) > ROOM:
-            raise QuestionError(f"{len(there)} measurements are kept already; delete some of them first")
+        _refuse_size(called, content, [one.bytes for one in self.entries()])
         folder = self.new()
         try:
             write_safely(folder / called, lambda path: path.write_bytes(content))
@@ -194,6 +193,21 @@ class Measurements(Shelf[Measured]):
         made = f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S}"
         self.note(Measured(folder.name, called, made, len(content), kind, reading))
         return folder.name
+
+    @staticmethod
+    def keep_file(folder: Path, file: str, content: bytes) -> str:
+        """Keep a file that machines name, in place of an older one of its name, and give that.
+
+        Raises
+        ------
+        QuestionError
+            If it is too large, of no known kind, or there are too many.
+        """
+        called = plain_name(file, MACHINE_SUFFIXES)
+        folder.mkdir(parents=True, exist_ok=True)
+        _refuse_size(called, content, [one.stat().st_size for one in folder.iterdir() if one.name != called])
+        write_safely(folder / called, lambda path: path.write_bytes(content))
+        return called
 
     def add_sample(self, sample: str) -> str:
         """Keep a copy of a measurement that comes with the package.
@@ -262,18 +276,25 @@ class Measurements(Shelf[Measured]):
         return [f"{count} samples{rate}", *(f"{key} [{one.unit}]" for key, one in raw.columns.items())]
 
 
-def plain_name(file: str) -> str:
+def _refuse_size(called: str, content: bytes, there: list[int]) -> None:
+    if len(content) > LARGEST:
+        raise QuestionError(f"{called}: has {len(content) / 1e6:.1f} MB; at most {LARGEST // 1_000_000} MB are taken")
+    if len(there) >= MOST or sum(there) + len(content) > ROOM:
+        raise QuestionError(f"{len(there)} files are kept already; delete some of them first")
+
+
+def plain_name(file: str, suffixes: tuple[str, ...] = SUFFIXES) -> str:
     """The name of a file without anything that could lead elsewhere.
 
     Raises
     ------
     QuestionError
-        If its ending is not that of a measurement.
+        If its ending is none of these, by default of a measurement.
     """
     last = re.split(r"[/\\]", file)[-1]
     stem, dot, ending = last.rpartition(".")
-    if f"{dot}{ending}".lower() not in SUFFIXES:
-        raise QuestionError(f"{last[:60]!r}: no file of measurements; these end in {', '.join(SUFFIXES)}")
+    if f"{dot}{ending}".lower() not in suffixes:
+        raise QuestionError(f"{last[:60]!r}: is none of these files; they end in {', '.join(suffixes)}")
     plain = re.sub(r"[^\w -]", "_", stem)[:60].strip() or "measurement"
     return f"{plain}.{ending.lower()}"
 
