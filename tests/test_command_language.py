@@ -522,7 +522,8 @@ def test_a_run_with_random_starts_says_its_seed(tmp_path: Path) -> None:
 def test_a_pipe_gets_no_stray_lines_and_the_version_is_known(tmp_path: Path) -> None:
     words = ("eigenvalues", DISCOIDAL, "--speeds", "60:70 rad/s:5")
     ran = subprocess.run([sys.executable, "-m", "autobalancer", *words], capture_output=True, text=True, check=True)
-    assert ran.stderr == ""
+    # but a word of how far it has come, on a machine so slow that it takes more than five seconds
+    assert not [line for line in ran.stderr.splitlines() if not re.fullmatch(r".+: .+ after \d+ s", line)]
     assert re.fullmatch(r"autobalancer \d+\.\d+.*\n", say("--version"))
     assert "--install-completion" in say("--help")
 
