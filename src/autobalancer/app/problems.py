@@ -89,15 +89,8 @@ def for_page(text: str) -> str:
     return text
 
 
-ROTOR_FILES = (
-    "file",
-    "mass",
-    "stiffness",
-    "damping",
-    "gyroscopic",
-    "nodes",
-    "rows",
-)  # keys of `rotor.files` that name one
+# keys of `rotor.files` that name one
+ROTOR_FILES = ("file", "mass", "stiffness", "damping", "gyroscopic", "nodes", "rows")
 
 
 def files_in(data: Any, named: tuple[str, ...] = ("file",)) -> Iterator[str]:

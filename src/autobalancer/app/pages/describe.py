@@ -47,7 +47,6 @@ from autobalancer.app.problems import (
     with_value,
     without,
 )
-from autobalancer.app.problems import EntryPath as DocumentPath
 from autobalancer.app.store.jobs import Latest
 from autobalancer.app.store.measured_files import LARGEST as LARGEST_FILE
 from autobalancer.app.store.measured_files import MACHINE_SUFFIXES, Measurements
@@ -91,21 +90,13 @@ def _sources(bench: Bench) -> None:
             ui.notify("this file is no text; a machine file is TOML", type="negative")
 
     with ui.row().classes("items-center gap-2 w-full sources"):
-        ui.button("Empty machine", icon="note_add", on_click=lambda: bench.set_text(EMPTY)).props(
-            "outline dense no-caps"
-        )
+        look = "outline dense no-caps"
+        button("Empty machine", lambda: bench.set_text(EMPTY), "note_add", look)
         picker(list(examples()), "sample machine", lambda name: bench.set_text(example_text(name)), at="sample")
         picker(list(examples("rigs")), "published rig", lambda name: bench.set_text(example_text(name)), at="rig")
-        box, look = uploader(upload, "a machine file", (".toml",), LARGEST, at="upload"), "outline dense no-caps"
+        box = uploader(upload, "a machine file", (".toml",), LARGEST, at="upload")
         button("Open a file", lambda: box.run_method("pickFiles"), "folder_open", look)
-        button(
-            "Data files",
-            lambda: _data_files(bench),
-            "folder",
-            look,
-            hint="that machines of yours name",
-            at="data files",
-        )
+        button("Data files", partial(_data_files, bench), "folder", look, hint="that machines name", at="data files")
 
 
 def _data_files(bench: Bench) -> None:
@@ -160,9 +151,8 @@ class Form:
         self.bench = bench
         self.shut: set[EntryPath] = set()
         self.shown: dict[EntryPath, Any] = {}  # what shows the message of a path
-        self.empty: set[EntryPath] = (
-            set()
-        )  # of keys that were added and are not filled in yet; the text does not have them
+        # of keys that were added and are not filled in yet; the text does not have them
+        self.empty: set[EntryPath] = set()
         self.fresh: set[EntryPath] = set()  # what was added, in which nothing is wrong until it was left
         self.left: set[EntryPath] = set()
         self.room = ROOM  # for entries of lists
@@ -404,9 +394,7 @@ class Form:
             self.editing = False
 
 
-def _entry_of(
-    field: Field, path: DocumentPath, value: Any, changed: Changed, dropped: Callable[[], None] | None
-) -> Any:
+def _entry_of(field: Field, path: EntryPath, value: Any, changed: Changed, dropped: Callable[[], None] | None) -> Any:
     """Put the entry on the page; gives what shows its error."""
     with_unit = field.kind == "quantity" and (value is None or number_and_unit(value, field.unit) is not None)
     long = field.name == "description" or value is None or (with_unit and len(field.name) > SHORT)
@@ -442,7 +430,7 @@ def _entry_of(
     return shown
 
 
-def _quantity(field: Field, path: DocumentPath, value: Any, changed: Changed) -> Any:
+def _quantity(field: Field, path: EntryPath, value: Any, changed: Changed) -> Any:
     """A number and its unit; another unit keeps the quantity and changes the number."""
     number, unit = number_and_unit(value, field.unit) or ("", _usual(field, path))
     units = list(field.units) if unit in field.units else [*field.units, unit]
@@ -473,13 +461,13 @@ def _quantity(field: Field, path: DocumentPath, value: Any, changed: Changed) ->
     return entry
 
 
-def _usual(field: Field, path: DocumentPath) -> str:
+def _usual(field: Field, path: EntryPath) -> str:
     """The unit that most people take; balls and unbalances are weighed in grams."""
     small = field.unit == "kg" and path[0] in ("unbalances", "balancers")
     return "g" if small else (USUAL | {"K": "degC"}).get(field.unit, field.unit)
 
 
-def _known(path: DocumentPath) -> list[str]:
+def _known(path: EntryPath) -> list[str]:
     """Names of the catalog that may stand at a path."""
     if path[-2:] == ("fluid", "name"):
         return [one.name for one in fluids()]
@@ -569,8 +557,8 @@ class Check:
         with ui.element("section").classes("card"):
             with ui.row().classes("items-center gap-2 w-full"):
                 ui.html("<h2 class='head'>Drawing</h2>", sanitize=False)
-                button = ui.button(icon="open_in_full", on_click=self.enlarge).props("flat dense round size=sm")
-                hinted(button.props('aria-label="larger drawing" data-at="enlarge"'), "larger")
+                marks = {"at": "enlarge", "label": "larger drawing", "hint": "larger"}
+                button("", self.enlarge, "open_in_full", "flat dense round size=sm", **marks)
             self.drawing = ui.html("", sanitize=False).classes("w-full").props('data-at="drawing"')
         with ui.element("section").classes("card tall-rest"):
             with ui.row().classes("items-center gap-2 w-full"):
@@ -578,9 +566,7 @@ class Check:
                 self.busy = ui.spinner(size="1.1em")
             self.facts = ui.html("", sanitize=False).classes("w-full").props('data-at="check"')
         with ui.dialog().props('aria-label="drawing"') as self.dialog, ui.card().classes("large"):
-            ui.button(icon="close", on_click=self.dialog.close).props('flat dense round aria-label="close"').classes(
-                "ml-auto"
-            )
+            button("", self.dialog.close, "close", "flat dense round", label="close").classes("ml-auto")
             self.large = ui.html("", sanitize=False).classes("w-full").props('data-at="large drawing"')
         bench.on_change(lambda _origin: self.follow())
         self.follow()
@@ -594,9 +580,8 @@ class Check:
         """Show the drawing now, and ask for the facts."""
         machine = self.bench.reading.machine
         if machine is None:
-            self.latest.number += (
-                1  # what is under way is outdated; a drawing on its way is that of the last possible machine
-            )
+            # what is under way is outdated; a drawing on its way is that of the last possible machine
+            self.latest.number += 1
             self.busy.set_visibility(False)
             self.facts.classes(remove="old")
             message = escape(self.bench.reading.message)
