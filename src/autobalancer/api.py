@@ -134,14 +134,9 @@ def check(machine: AnyMachine, say: Callable[[str], None] | None = None) -> Summ
     """
     described = any_machine(machine)
     answer: Summary | ChamberSummary = machine_kind(described)["check"](
-        described, say or (looking_for if _somebody_looks() else None)
+        described, say or (looking_for if in_notebook() or sys.stderr.isatty() else None)
     )
     return answer
-
-
-def _somebody_looks() -> bool:
-    """Whether a terminal or a notebook shows what is written."""
-    return in_notebook() or sys.stderr.isatty()
 
 
 def design(

@@ -155,7 +155,8 @@ def _outputs(ready: Prepared, image: Image) -> list[Output]:
             for axis, part in (("x", 0), ("y", 1)):
                 yield Output(_labeled(f"{name}{axis}", which), first + 2 * number + part)
 
-    first = image.data[f"{seen}.z"] + 2 * _reference(ready.places)
+    kinds = ready.places.kinds
+    first = image.data[f"{seen}.z"] + 2 * (kinds.index("reference") if "reference" in kinds else 0)
     found += [Output(_labeled("x"), first), Output(_labeled("y"), first + 1)]
     found.append(Output(_labeled("deflection"), first, first + 1, "AB_LENGTH"))
     found += pairs("z", "turn_place_", ready.places.names)
@@ -192,10 +193,6 @@ def _indicators(ready: Prepared) -> int:
     if switch is not rigid_contact:
         return int(rubbing)
     return int(rubbing + (contacts.rigid == 1).sum() + 2 * (contacts.wall_rigid != 0).sum() + 1)
-
-
-def _reference(places: Places) -> int:
-    return places.kinds.index("reference") if "reference" in places.kinds else 0
 
 
 def _own_functions(image: Image) -> dict[int, Any]:
@@ -361,7 +358,9 @@ def machine_data(content: Content, known: Known, laws: dict[int, Any]) -> str:
             *content.tables,
             _array("int ab_addresses", map(str, image.addresses)),
             _array("ab_function ab_functions", (f"{{{word}, {LAW}{number}}}" for number, word in enumerate(laws))),
-            _array("int64_t ab_words", map(_literal, image.words.tolist())),
+            _array(
+                "int64_t ab_words", (str(word) if word > -(2**63) else "INT64_MIN" for word in image.words.tolist())
+            ),
             "",
         ]
     )
@@ -374,10 +373,6 @@ def _variable(about: Variable) -> str:
 
 def _number(value: float) -> str:
     return repr(value) if math.isfinite(value) else "-INFINITY" if value < 0.0 else "INFINITY"
-
-
-def _literal(word: int) -> str:
-    return str(word) if word > -(2**63) else "INT64_MIN"
 
 
 def _array(head: str, entries: Iterable[str]) -> str:

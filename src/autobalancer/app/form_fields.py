@@ -521,14 +521,11 @@ def _spaced(text: str) -> str:
 def _spread(table: dict[str, Any], at: EntryPath) -> Iterator[tuple[EntryPath, Any]]:
     """Entries of 'vary', those of tables of the study as ``sudden_unbalance.angle``, too."""
     for name, given in table.items():
-        if isinstance(given, dict) and not {"distribution", VALUES} & set(given) and given and _tables(given):
+        tables = isinstance(given, dict) and given and all(isinstance(value, (dict, list)) for value in given.values())
+        if tables and not {"distribution", VALUES} & set(given):
             yield from _spread(given, (*at, name))
         else:
             yield (*at, name), given
-
-
-def _tables(given: dict[str, Any]) -> bool:
-    return all(isinstance(value, (dict, list)) for value in given.values())
 
 
 def _row(at: EntryPath, given: Any) -> Row:

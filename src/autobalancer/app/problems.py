@@ -397,7 +397,7 @@ def with_entry(text: str, path: EntryPath, entry: dict[str, Any]) -> str:
         elif isinstance(held, list):
             held.append(entry)
         else:
-            owner[path[-1]] = [_plain(held), entry]
+            owner[path[-1]] = [held.unwrap() if hasattr(held, "unwrap") else held, entry]
 
     return _changed(text, path[:-1], change)
 
@@ -426,7 +426,3 @@ def _owner(data: Any, path: Sequence[str | int]) -> Any:
         else:
             data = data.setdefault(step, {})
     return data
-
-
-def _plain(value: Any) -> Any:
-    return value.unwrap() if hasattr(value, "unwrap") else value

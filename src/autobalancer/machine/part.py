@@ -83,7 +83,7 @@ def _problems(error: ValidationError, part: type[BaseModel]) -> list[Problem]:
     problems: list[Problem] = []
     short: list[Problem] = []
     for entry in error.errors():
-        path = _keys(entry["loc"])
+        path = tuple(step for number, step in enumerate(entry["loc"]) if not _is_tag(entry["loc"], number))
         cause = entry.get("ctx", {}).get("error")
         if isinstance(cause, AutobalancerError):
             problems += [(path + inner, message) for inner, message in cause.problems]
@@ -102,10 +102,6 @@ def _problems(error: ValidationError, part: type[BaseModel]) -> list[Problem]:
             problems.append((path, _plain(entry, part)))
     # a list of faulty entries is also reported as too short; say only what is wrong with the entries
     return problems + [(path, text) for path, text in short if not any(p[: len(path)] == path for p, _ in problems)]
-
-
-def _keys(loc: KeyPath) -> KeyPath:
-    return tuple(step for number, step in enumerate(loc) if not _is_tag(loc, number))
 
 
 def _is_tag(loc: KeyPath, number: int) -> bool:
@@ -220,14 +216,11 @@ def keys_noted(part: type[Part], what: str) -> dict[str, str]:
 
 def _quantity_in(hints: tuple[Any, ...]) -> Quantity | None:
     for hint in hints:
-        quantity = hint if isinstance(hint, Quantity) else _quantity_in(_inner(hint))
+        inner = (*get_args(hint), *getattr(hint, "__metadata__", ()))
+        quantity = hint if isinstance(hint, Quantity) else _quantity_in(inner)
         if quantity is not None:
             return quantity
     return None
-
-
-def _inner(hint: Any) -> tuple[Any, ...]:
-    return (*get_args(hint), *getattr(hint, "__metadata__", ()))
 
 
 LONGEST_NAME = 200

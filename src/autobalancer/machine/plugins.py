@@ -23,7 +23,7 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, ClassVar, TypeVar, Union, get_args, get_origin
 
-from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
 from autobalancer.errors import MachineError, QuestionError
@@ -258,11 +258,7 @@ class OneOf:
         return core_schema.no_info_plain_validator_function(self)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        return {"anyOf": [handler(_core(leaf)) for leaf in self.parts]}
-
-
-def _core(part: type[BaseModel]) -> CoreSchema:
-    return part.__pydantic_core_schema__
+        return {"anyOf": [handler(leaf.__pydantic_core_schema__) for leaf in self.parts]}
 
 
 # Files in Python with leaves of one's own, executed because the user names them.

@@ -405,7 +405,8 @@ def _short(planes: tuple[StationSummary, ...]) -> tuple[str, ...]:
 def _sommerfeld_number(machine: Machine, balls: tuple[Ball, ...], mass: float) -> float:
     """S = (m eps w_c)^2 / (b beta) of equal balls on a planar rotor with isotropic supports; nan for others."""
     kinds = {(ball.moment, ball.drag) for ball in balls}
-    if len(kinds) != 1 or not is_planar(machine) or _off_middle(machine):
+    # where a rotor rests beside the middle of a bearing that becomes stiffer, directions differ
+    if len(kinds) != 1 or not is_planar(machine) or any(one.center != (0.0, 0.0) for *_, one in hardenings(machine)):
         return math.nan
     springs = planar_rotor(machine)
     if not springs.isotropic:
@@ -414,11 +415,6 @@ def _sommerfeld_number(machine: Machine, balls: tuple[Ball, ...], mass: float) -
     if damping * drag == 0.0:
         return math.inf
     return moment**2 * springs.stiffness_xy[0] / mass / (damping * drag)
-
-
-def _off_middle(machine: Machine) -> bool:
-    """Whether a rotor rests beside the middle of such a bearing, so that directions differ."""
-    return any(hardening.center != (0.0, 0.0) for *_, hardening in hardenings(machine))
 
 
 def _race(balls: list[Ball], ignored: str) -> RaceSummary:

@@ -324,13 +324,9 @@ def refuse_free_motion(rig: Rig, parts: list[Strut], kept: list[int]) -> None:
     share[kept] = np.sum(free**2, axis=1)
     worst = int(np.argmax(np.round(share, 9)))
     kind = next(m.columns.index(worst) for m in rig.merged if worst in m.columns)
-    bodies = [m.label for m in rig.merged if _along(m.columns[kind], share) > 1e-6]
+    bodies = [m.label for m in rig.merged if m.columns[kind] >= 0 and share[m.columns[kind]] > 1e-6]
     text = f"{' and '.join(map(repr, bodies))} can {MOTIONS[kind]} freely; connect them to a supported body"
     raise MachineError.of("Machine", [(("rotor", "joints"), text)])
-
-
-def _along(column: int, share: Floats) -> float:
-    return float(share[column]) if column >= 0 else 0.0
 
 
 # Joints of a rig as struts: springs and dampers that each feel one relative motion of two bodies.

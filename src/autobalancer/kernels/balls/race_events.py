@@ -569,7 +569,6 @@ def _host(ask, time, rates, parameters, pair, rigid):  # type: ignore[no-untyped
     # what has stopped or gone too deep; at the start also what is as good as closed
     first = m.counts[ACCEPTED] == 0
     m.counts[ACCEPTED] = 1
-    rates(time, state, data(m.trial), parameters)
     for k in range(n):
         far = max(far, abs(state[BALLS + k]))
         moving, place = p.guided[k], BALLS + n + k
@@ -578,8 +577,10 @@ def _host(ask, time, rates, parameters, pair, rigid):  # type: ignore[no-untyped
         elif rubs(p.balls[k]) and state[place] != 0.0:
             moving.mode = math.copysign(1.0, state[place])
         for kind in (NEXT, BEHIND, AHEAD):
-            if exists(p, kind, k) and not is_closed(p, kind, k) and gap(state, p, kind, k) < 0.0:
-                _put_back(state, data(m.trial), p, kind, k)
+            if exists(p, kind, k) and not is_closed(p, kind, k):
+                deep = max(0.0, -gap(state, p, kind, k))
+                state[BALLS + k] += deep * (-0.5 if kind == NEXT else 1.0 if kind == BEHIND else -1.0)
+                state[BALLS + p.contacts[k].next] += 0.5 * deep if kind == NEXT else 0.0
     if rigid:
         limits = Limits(0.1 * m.absolute[BALLS + n], 10.0 * m.absolute[BALLS] * far)
         if first:
@@ -594,20 +595,6 @@ def _host(ask, time, rates, parameters, pair, rigid):  # type: ignore[no-untyped
     for i in range(m.state.size):
         changed = 1.0 if state[i] != before[i] else changed
     return changed
-
-
-@njit(**INLINE)
-def _put_back(state: Any, rates: Any, p: System, kind: int, k: int) -> None:
-    """Put balls that are too deep back to where they touch, with the speed that they had there."""
-    deep, fast = -gap(state, p, kind, k), opening(state, p, kind, k)
-    gained = max(0.0, -2.0 * opening(rates, p, kind, k) * deep)
-    slower = -fast - math.sqrt(max(0.0, fast * fast - gained)) if fast < 0.0 else 0.0
-    share, at, other = -0.5 if kind == NEXT else 1.0 if kind == BEHIND else -1.0, BALLS + k, BALLS + p.contacts[k].next
-    state[at] += share * deep
-    state[at + p.ball_count] += share * slower
-    if kind == NEXT:
-        state[other] += 0.5 * deep
-        state[other + p.ball_count] += 0.5 * slower
 
 
 @njit(**PART)
