@@ -253,7 +253,14 @@ def test_an_fmu_is_valid_and_runs_as_the_package(version: Any, tmp_path: Path) -
     fmpy = pytest.importorskip("fmpy")
     from fmpy.validation import validate_fmu
 
-    unit, machine = tmp_path / "partitions.fmu", MACHINES / "variant_partitions.toml"
+    text = (MACHINES / "variant_partitions.toml").read_text()
+    times, speeds = '"10 s", "30 s", "45 s"', '"40 rad/s", "40 rad/s"'  # a corner of the drive within the run
+    assert times in text
+    assert speeds in text
+    machine = ab.parse_machine(
+        text.replace(times, '"1.8 s", "30 s", "45 s"').replace(speeds, '"7.2 rad/s", "40 rad/s"')
+    )
+    unit = tmp_path / "partitions.fmu"
     ab.export(machine, unit, fmi=version, duration=2.0)
     assert unit.stat().st_size < 3e6
     assert validate_fmu(str(unit)) == []
@@ -269,4 +276,5 @@ def test_an_fmu_is_valid_and_runs_as_the_package(version: Any, tmp_path: Path) -
     assert 10 < found.size - run.time.size < 100  # each event twice, before and after
     regular = np.searchsorted(found["time"], run.time.values - 1e-9)
     assert np.abs(found["ball_angle_in_rotor[1]"][regular] - run.ball_angle_in_rotor.values[:, 0]).max() < 1e-6
+    assert np.abs(found["speed"][regular] - run.speed.values).max() < 1e-9  # an importer goes over no corner
     assert (run.ball_speed_in_rotor.values[[0, -1]] == 0.0).all()

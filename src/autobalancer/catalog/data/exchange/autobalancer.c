@@ -58,7 +58,7 @@ int ab_set_state(ab_machine *m, double time, const double *state) {
 }
 
 static void enter_segment(ab_machine *m, double time) {
-    while (m->words[AB_SEGMENT_NOW] + 1 < AB_SEGMENT_COUNT &&
+    while (!m->held && m->words[AB_SEGMENT_NOW] + 1 < AB_SEGMENT_COUNT &&
            *floats(m, AB_SEGMENTS + (m->words[AB_SEGMENT_NOW] + 1) * AB_SEGMENT_WORDS) <= time)
         m->words[AB_SEGMENT_NOW]++;
 }
@@ -244,12 +244,12 @@ static int host_rates(ab_machine *m, double time, const double *state, double *r
 
 static double corner_after(ab_machine *m, double time) {
     if (AB_INPUT[0]) return INFINITY;
-    enter_segment(m, time);
+    m->held = 0, m->words[AB_SEGMENT_NOW] = 0;
+    enter_segment(m, time + 1e-13 * fmax(1.0, fabs(time)));
+    m->held = 1;
     int64_t next = m->words[AB_SEGMENT_NOW] + 1;
     return next < AB_SEGMENT_COUNT ? *floats(m, AB_SEGMENTS + next * AB_SEGMENT_WORDS) : INFINITY;
 }
-
-static void begin_drive(ab_machine *m) { m->words[AB_SEGMENT_NOW] = 0; }
 
 static double size_of(int i) {
     double absolute;

@@ -142,7 +142,6 @@ static int host_rates(ab_machine *m, double time, const double *state, double *r
     return ab_derivatives(m, time, state, rates);
 }
 static double corner_after(ab_machine *m, double time) { return (void)m, (void)time, INFINITY; }
-static void begin_drive(ab_machine *m) { (void)m; }
 static double size_of(int i) { return i < BALLS ? 1.0 : 10.0; }
 
 #endif

@@ -16,6 +16,7 @@ struct ab_machine {
     double parameters[AB_PARAMETER_COUNT + 1];
     double input[AB_INPUT_COUNT + 1];
     int has_input;  /* a new one was given */
+    int held;       /* another program integrates: the drive goes on to its next piece at an event alone */
     double time, state[AB_STATE_COUNT]; /* what is shown */
     AB_FURTHER
 };

@@ -78,7 +78,7 @@ static unit *create(const char *name, int exchange) {
         return NULL;
     }
     strcpy(u->name, name);
-    u->exchange = exchange;
+    u->exchange = u->machine->held = exchange;
     ab_state(u->machine, u->state);
     return u;
 }
@@ -274,7 +274,6 @@ EXPORT int NAME(ExitInitializationMode)(unit *u) {
     return OK;
 }
 EXPORT int NAME(SetTime)(unit *u, double time) {
-    if (time < u->time) begin_drive(u->machine);
     u->time = time, u->known = 0;
     return OK;
 }
