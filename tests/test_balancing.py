@@ -560,6 +560,8 @@ def test_recordings_of_trial_runs_give_the_masses_that_the_computed_unbalances_a
     ):
         with pytest.raises(QuestionError, match=words):
             BalanceRun(**{"readings": by_hand.readings} | given)
+    with pytest.raises(QuestionError, match="recordings are measured as vibrations lead"):
+        balance(ab.catalog.example_path("recorded_job"), phase="lag")
     run_up = BalanceRun("run-up", (), recording=str(ab.catalog.example_path("run_up_signals")), start=9.0)
     with pytest.raises(QuestionError, match=r"the speed goes from .* give start and end"):
         balance([run_up, by_hand])

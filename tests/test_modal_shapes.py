@@ -219,9 +219,26 @@ def test_kept_stations_and_fewer_modes_of_a_file_are_taken_and_said(tmp_path: Pa
     assert "% of the static deflection under a force at" in said
 
 
+def scaled(shape: float, slope: float) -> dict[str, Any]:
+    return {
+        "resonances": [
+            mode | {name: [by * one for one in mode[name]] for name, by in (("shape", shape), ("slope", slope))}
+            for mode in modal_rotor(2)["resonances"]
+        ]
+    }
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
+        (scaled(1e3, 1e3), r"rotor\.resonances: shapes out of scale: a mode moves as .*e-0. kg .* the rotor has 5 kg"),
+        (scaled(1e3**-0.5, 1e3**-0.5), r"rotor\.resonances: shapes out of scale"),
+        (scaled(1.0, 1e-3), r"rotor\.resonances: slopes are 0\.00\d* times as steep"),
+        (scaled(1.0, -1.0), r"rotor\.resonances: slopes fall where deflections rise"),
+        (
+            {"resonances": [mode | {"shape": [0.2, 0.5, 1.0, -0.1]} for mode in modal_rotor(2)["resonances"]]},
+            "is one, so",
+        ),
         ({"total_mass": None}, r"rotor\.total_mass: missing; shapes do not say it"),
         ({"positions": [0.1, 0.0, 0.25, 0.3]}, r"rotor\.positions: must ascend"),
         ({"positions": []}, r"rotor\.polar_inertias: needs 'positions'"),

@@ -294,7 +294,8 @@ TERMS = (
     ),
     Term(
         "starts of the balls, and how many modes a run keeps",
-        "Balls: start_angles start_speeds; ShaftRotor: modes; MultibodyRotor: modes",
+        "Balls: start_angles start_speeds; ShaftRotor: modes; MultibodyRotor: modes; "
+        "ModalRotor: modes; MatricesRotor: modes",
         frozenset({BASIN}),
         ALL - {BASIN},
         ANY_PLACE,

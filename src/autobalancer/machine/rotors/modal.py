@@ -15,6 +15,9 @@ from autobalancer.machine.rotors.support import Support
 LengthUnit = Literal["m", "mm", "in"]
 MassUnit = Literal["kg", "t", "g", "lb", "lbf*s^2/in"]
 Motions = Annotated[tuple[float, ...], Listed]
+# of the mass of the rotor: between these is what moves in any mode as its greatest deflection does
+LIGHTEST, HEAVIEST = 1e-3, 10.0
+STEEPER = 30.0  # by which slopes of a shape may differ from those between its deflections
 
 
 class Resonance(Part):
@@ -95,6 +98,9 @@ class ModalRotor(RotorModel):
         "polar, about the shaft, without balls; required where a torque drives", None, symbol="J_p"
     )
     total_mass: Mass | None = key("of all that moves across the axis, beside shapes", None)
+    modes: Annotated[int, Field(strict=True, ge=1)] | None = key(
+        "pairs of modes that a simulation in time keeps; as many as are needed if left out", None
+    )
     source: Label = key("where the modes come from, for people", "")
 
     @property
@@ -140,9 +146,50 @@ class ModalRotor(RotorModel):
             if self.knows_whole and len(mode.participation) != 1 + uneven:
                 text = f"has {len(mode.participation)} values; give {1 + uneven} of each mode"
                 problems.append((("resonances", number, "participation"), text))
+        problems = problems or [(("resonances",), text) for text in self._out_of_scale()]
         if problems:
             raise MachineError.of("ModalRotor", problems)
         return self
+
+    def _out_of_scale(self) -> list[str]:
+        """Why no body of this mass has these shapes: another unit, or another mass that they are normalised to."""
+        modes, found = self.resonances, []
+        greatest = [max(map(abs, (*mode.shape, *mode.shape_y)), default=0.0) for mode in modes]
+        moved = [mode.modal_mass / size**2 for mode, size in zip(modes, greatest, strict=True) if size]
+        if moved and not (max(moved) > LIGHTEST * self.mass and min(moved) < HEAVIEST * self.mass):
+            found.append(
+                f"shapes out of scale: a mode moves as {min(moved):.3g} to {max(moved):.3g} kg would where it moves most, the "
+                f"rotor has {self.mass:.4g} kg; mind the units of shapes and masses, or give each mode its 'mass'"
+            )
+        elif len(modes) > 1 and all(
+            mode.mass is None and abs(one - 1.0) < 1e-6 for mode, one in zip(modes, greatest, strict=True)
+        ):
+            found.append(
+                "the greatest deflection of each mode is one, so they are not normalised to 1 kg: give each its 'mass'"
+            )
+        # between two positions a shape rises by about the mean of its slopes there
+        steps = [b - a for a, b in zip(self.positions[:-1], self.positions[1:], strict=True)]
+        curves = [
+            (of, its) for mode in modes for of, its in ((mode.shape, mode.slope), (mode.shape_y, mode.slope_y)) if its
+        ]
+        rise = [(of[i + 1] - of[i]) / step for of, _ in curves for i, step in enumerate(steps)]
+        lean = [0.5 * (its[i] + its[i + 1]) for _, its in curves for i in range(len(steps))]
+        # not where all of it is left by symmetry
+        if (
+            not rise
+            or math.hypot(*rise) * sum(steps) < 0.1 * max(greatest)
+            or math.hypot(*lean) < 0.1 * max(abs(one) for _, its in curves for one in its)
+        ):
+            return found
+        ratio = math.hypot(*lean) / math.hypot(*rise)
+        alike = sum(a * b for a, b in zip(lean, rise, strict=True)) / (math.hypot(*lean) * math.hypot(*rise))
+        if not 1.0 / STEEPER < ratio < STEEPER:
+            found.append(
+                f"slopes are {ratio:.3g} times as steep as deflections between positions say: mind their unit, 1/m"
+            )
+        elif alike < -0.5:
+            found.append("slopes fall where deflections rise: mind their sign, and the order of the positions")
+        return found
 
     @property
     def knows_whole(self) -> bool:
@@ -234,7 +281,8 @@ class MatrixFiles(Part):
 class MatricesRotor(RotorModel):
     """A rotor as M, C, G, K over coordinates that are motions of nodes on its axis, and modes.
 
-    M, K and C are symmetric, G antisymmetric. ``supports`` are added to what the matrices contain.
+    M, K and C are symmetric, G antisymmetric. ``supports`` are added to what the matrices contain. Those of files are reduced
+    to the nodes that are kept, and modes with these held (Craig and Bampton 1968).
     """
 
     kind: Literal["matrices"] = "matrices"
@@ -247,6 +295,9 @@ class MatricesRotor(RotorModel):
     supports: Annotated[tuple[Support, ...], Listed] = key("added to what the matrices contain", ())
     inertia: Inertia | None = key("polar, of all that turns; required where a torque drives", None, symbol="J_p")
     total_mass: Mass | None = key("of all that moves across the axis; from M without it", None)
+    modes: Annotated[int, Field(strict=True, ge=1)] | None = key(
+        "pairs of modes that a simulation in time keeps; as many as are needed if left out", None
+    )
     stiffness_proportional_damping: Time = key("factor t in C = t K, added to C", 0.0)
     source: Label = key("where the matrices come from, for people", "")
     valid_to: Rate | None = key(

@@ -308,6 +308,10 @@ def balance(
     """
     listed, written = balance_runs(runs)
     phase = phase or written.get("phase", "lead")
+    if phase == "lag" and any(run.recording for run in listed):
+        raise QuestionError(
+            f"{OWNER}: phase: given 'lag', but recordings are measured as vibrations lead; leave it out"
+        )
     angles = angles or written.get("angles", "with rotation")
     share = optional_argument("deviation", written.get("deviation") if deviation is None else deviation, "")
     one_of("goal", goal, *get_args(Goal))
