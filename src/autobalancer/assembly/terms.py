@@ -91,10 +91,6 @@ def _across(machine: Machine) -> bool:
     return bool(machine.axis == "horizontal" and machine.gravity > 0.0)
 
 
-def _tilts(machine: Machine) -> bool:
-    return machine.tilting_races == "full" and not isinstance(machine.rotor, PlanarRotor)
-
-
 def _meets(machine: Machine) -> bool:
     """Whether balls of known size can meet."""
     return any(
@@ -149,7 +145,7 @@ TERMS = (
         frozenset({REST, BASIN}),
         NO_BALLS,
         MOVING,
-        there=_tilts,
+        there=lambda machine: machine.tilting_races == "full" and not isinstance(machine.rotor, PlanarRotor),
     ),
     Term(
         "unbalance",

@@ -58,7 +58,7 @@ class Leaf(Part):
     def numbers(self) -> dict[str, float]:
         """Its keys that are numbers, by name: what compiled mathematics get as ``own``; one that is not given is not a number."""
         wanted = {name: field for name, field in type(self).model_fields.items() if _is_number(field.annotation)}
-        return {name: _number(getattr(self, name)) for name in wanted}
+        return {name: float("nan" if (value := getattr(self, name)) is None else value) for name in wanted}
 
 
 def _is_number(annotation: Any) -> bool:
@@ -66,10 +66,6 @@ def _is_number(annotation: Any) -> bool:
     ways = get_args(annotation) if get_origin(annotation) in (Union, UnionType) else (annotation,)
     kinds = {getattr(way, "__origin__", way) for way in ways}  # what is annotated, without the annotation
     return kinds != {NoneType} and kinds <= {float, int, bool, NoneType}
-
-
-def _number(value: Any) -> float:
-    return float("nan") if value is None else float(value)
 
 
 def register(leaf: Some) -> Some:

@@ -586,11 +586,12 @@ def _slip(page: Section, balls: tuple[Ball, ...], summary: Summary, run: xr.Data
         spin = np.array([float(balls[i].spin_ratio * balls[i].mass / balls[i].effective_mass) for i in numbers])
         with np.errstate(divide="ignore", invalid="ignore"):
             requested = np.where(pressed[:, numbers], spin * np.abs(rate[:, numbers]) / own[:, numbers] ** 2, 0.0)
+        left = float(relative[-1].max() / max(abs(rotor[-1]), 1e-12))
         rows.append(
             (
                 name,
                 f"{significant(fastest)} m/s",
-                _share(float(relative[-1].max() / max(abs(rotor[-1]), 1e-12))),
+                f"{significant(100.0 * left)} %" if left > LEAST else f"< {100.0 * LEAST:g} %",
                 significant(float(requested.max())) if spin.max() > 0.0 else "- (point balls)",
             )
         )
@@ -609,10 +610,6 @@ def _slip(page: Section, balls: tuple[Ball, ...], summary: Summary, run: xr.Data
             f"{significant(float(np.diff(time).mean()))} s, above half of the lowest critical speed."
         )
     )
-
-
-def _share(share: float) -> str:
-    return f"{significant(100.0 * share)} %" if share > LEAST else f"< {100.0 * LEAST:g} %"
 
 
 # The page of small changes: what a tenth more or less of a number of a machine does, and so which must be known well.

@@ -533,7 +533,7 @@ def parts_between_jumps(run: xr.Dataset) -> list[tuple[float, float, xr.Dataset]
     parts = []
     for begin, until in itertools.pairwise(edges):
         inside: dict[str, Any] = {
-            dimension: _within(run[name].values, begin, until, until == end)
+            dimension: (run[name].values >= begin) & (run[name].values < (until if until < end else np.inf))
             for dimension, name in (("time", "time"), ("bin", "envelope_time"))
             if name in run
         }
@@ -542,7 +542,3 @@ def parts_between_jumps(run: xr.Dataset) -> list[tuple[float, float, xr.Dataset]
             rows = {name: np.flatnonzero(mask) for name, mask in inside.items() if name not in empty}
             parts.append((begin, until, run.drop_dims(empty).isel(rows)))
     return parts
-
-
-def _within(time: Any, begin: float, until: float, last: bool) -> Any:
-    return (time >= begin) & ((time <= until) if last else (time < until))

@@ -172,9 +172,8 @@ def variant(
     chamber["balls"] = [{"count": balls, "density": group.density, "total_mass": group.count * group.ball_mass}]
     body = group.body if body is None else body
     if body not in ("ball", group.body):
-        raise QuestionError(
-            f"body: given {body!r}; a machine with {group.body}s has variants with {_and_balls(group.body)}"
-        )
+        also = "; describe cylinders in the machine file" if group.body == "ball" else f" and {group.body!r}"
+        raise QuestionError(f"body: given {body!r}; a machine with {group.body}s has variants with 'ball'{also}")
     if group.length is not None and body != "ball":
         same = {"body": group.body, "length": group.length * (group.count / balls) ** (1.0 / 3.0)}
         chamber["balls"][0].update(same)
@@ -188,10 +187,6 @@ def variant(
     if friction is not None:
         data["contact"]["friction"] = friction
     return ChamberMachine(**data)
-
-
-def _and_balls(body: str) -> str:
-    return "'ball'; describe cylinders in the machine file" if body == "ball" else f"'ball' and {body!r}"
 
 
 # Runs of deep chambers that are kept in an archive while they are computed, and go on after a stop.

@@ -45,7 +45,6 @@ from autobalancer.app.store.measured_files import (
 from autobalancer.app.store.pictures import svg_of
 from autobalancer.app.store.signal_pictures import (
     LOOKS,
-    FigureAndText,
     PictureOptions,
     drive_of,
     order_table,
@@ -483,7 +482,7 @@ class Looks:
 
     def _look(self, key: str, data: xr.Dataset) -> None:
         asked = PictureOptions(**vars(self.asked))
-        self._ask(LOOKS[key][0], lambda: _looked(data, key, asked))
+        self._ask(LOOKS[key][0], lambda: LOOKS[key][1](data, asked))
 
     def _ask(self, title: str, make: Any) -> None:
         name = self.name
@@ -498,17 +497,6 @@ class Looks:
                 self.words.set_content(said + notes_html(job.notes))
 
         self.work.draw(f"look {name}", work, self.picture, then, lambda: name == self.name)
-
-
-def _looked(data: xr.Dataset, name: str, asked: PictureOptions) -> FigureAndText:
-    """One of the pictures.
-
-    Raises
-    ------
-    QuestionError
-        If the signals do not suffice, in the words of the function that is asked.
-    """
-    return LOOKS[name][1](data, asked)
 
 
 def _tracked(data: xr.Dataset) -> Any:

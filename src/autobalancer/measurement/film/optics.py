@@ -342,7 +342,7 @@ class Calibration(NamedTuple):
         for i in range(size):
             step = np.zeros(size)
             step[i] = 0.1 * deviation[i]
-            ahead, behind = (_complex(self.moved(s).places(pixels, height)) for s in (step, -step))
+            ahead, behind = (self.moved(s).places(pixels, height) @ [1.0, 1j] for s in (step, -step))
             slope[i] = np.angle((ahead - center) / (behind - center)) / (2.0 * step[i])
         return np.asarray(np.sqrt(np.maximum(np.einsum("ik,ij,jk->k", slope, self.covariance, slope), 0.0)))
 
@@ -454,10 +454,6 @@ def _first(places: Complexes, u: Floats, size: tuple[int, int], focal: float | N
             "counterclockwise as the camera sees them"
         )
     return View(turn, position, focal, middle, (known[0], known[1]))
-
-
-def _complex(places: Floats) -> Complexes:
-    return np.asarray(places[..., 0] + 1j * places[..., 1])
 
 
 # The projective map of a plane onto a picture, from marks: Hartley and Zisserman (2004), section 4.1, normalized.
