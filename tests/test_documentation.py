@@ -244,7 +244,7 @@ def test_every_method_and_every_law_that_names_a_source_has_it_in_the_bibliograp
 
 def test_one_table_says_which_result_rests_on_which_source() -> None:
     public = {f"{space}.{name}".lstrip("."): home for space, names in NAMES.items() for name, home in names.items()}
-    of_runs = {*get_args(Method), "runge_kutta", "verlet", "plot.style"}
+    of_runs = {*get_args(Method), "runge_kutta", "verlet", "Vold-Kalman", "plot.style"}
     assert {name for results, _ in methods().values() for name in results} <= {*public, *of_runs}
     assert {key for _, keys in methods().values() for key in keys} <= set(bibliography())
     # what the docstring of a public function names is in the table, except the machine that an example is about
@@ -276,13 +276,17 @@ def test_an_answer_is_known_by_the_function_that_made_it() -> None:
     assert {name: made_by(answer) for name, answer in answers.items()} == {name: name for name in answers}
     several = sources(machine, {"method": "exponential_collocation, tsitouras"})
     assert {"hochbruck2010", "tsitouras2011"} <= set(several), "of an ensemble"
+    of_orders = {"measure.orders"}
+    assert "vold1993" not in sources(None, answers["measure.orders"].attrs, of_orders)
+    filtered = ab.measure.orders(signals, method="vold-kalman", progress=False)
+    assert "vold1993" in sources(None, filtered.attrs, of_orders)
 
 
 @pytest.mark.parametrize(
     ("made", "key", "use"),
     [
         ("stability.border_curve", "ryzhik2001", "release and capture speed, torque balance of stalled balls"),
-        ("measure.orders", "vold1993", "orders by the Vold–Kalman filter, if that is the method"),
+        ("measure.orders", "fyfe1997", "orders in windows of the angle"),
         ("sensitivity", "saltelli2010", "Sobol' indices"),
     ],
 )

@@ -455,7 +455,7 @@ def sources(
     about, found = about or {}, {SOFTWARE: [""]}
     texts = list(_texts(machine)) if machine is not None else []
     texts += [("drag", str(about[name])) for name in ("drag_source",) if name in about]
-    wanted = {*results, *str(about.get("method", "")).split(", ")}
+    wanted = {*results, *re.split(r"[,\s]+", str(about.get("method", "")))}
     for method, (of, keys) in methods().items():
         for key in keys if wanted & {*of} else ():
             found.setdefault(key, []).append(method)

@@ -134,10 +134,10 @@ def borders(
 
 
 def _windows(machine: Any, top: float | None, unbalance: float | None) -> dict[str, Any]:
+    from autobalancer.assembly.drive_train import highest_prescribed
     from autobalancer.stability.maps.exact import stable_windows
-    from autobalancer.stability.summary import summary
 
-    highest = top if top is not None else summary(machine).highest_speed
+    highest = top if top is not None else highest_prescribed(machine)
     if highest is None:
         raise QuestionError("--windows: the drive has no highest speed; give one with --up-to")
     found = stable_windows(machine, highest, unbalance=unbalance)
@@ -339,15 +339,16 @@ def usual_speeds(machine: Any) -> np.ndarray:
     """Speeds around the critical ones that the machine reaches."""
     import numpy as np
 
-    from autobalancer.stability.summary import summary
+    from autobalancer.assembly.drive_train import highest_prescribed
+    from autobalancer.stability.summary import frame_of
 
-    about = summary(machine)
-    critical = about.critical_speeds
+    highest = highest_prescribed(machine)
+    critical = frame_of(machine, highest).critical_speeds
     if not critical:
         raise QuestionError("--speeds: this rotor has no critical speed to choose a range by; give one")
     # bending speeds far above all that the machine runs at say nothing
-    reached = [w for w in critical if w <= (about.highest_speed or math.inf)] or [min(critical)]
-    return np.linspace(0.5 * min(critical), max(3.0 * max(reached), about.highest_speed or 0.0), COUNT)
+    reached = [w for w in critical if w <= (highest or math.inf)] or [min(critical)]
+    return np.linspace(0.5 * min(critical), max(3.0 * max(reached), highest or 0.0), COUNT)
 
 
 # ``autobalancer map``: the growth rate of the balanced state over two parameters.

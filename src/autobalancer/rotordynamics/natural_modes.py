@@ -19,7 +19,7 @@ from scipy.optimize import linear_sum_assignment
 from autobalancer.arrays import Complexes, Floats
 from autobalancer.assembly.rotors import lateral_model, reference, rows_at, with_ball_mass
 from autobalancer.assembly.rotors.lateral_model import LateralModel, Rows
-from autobalancer.assembly.rotors.rigid import Point
+from autobalancer.assembly.rotors.rigid import NodalAxis, Point
 from autobalancer.assembly.terms import Theory, unknown
 from autobalancer.errors import QuestionError
 from autobalancer.files.machine_file import balls_in_races, machine_text
@@ -422,18 +422,25 @@ def along_axis(machine: Machine, model: LateralModel) -> Places:
 
     A rotor that tilts on one support is shown to a radius of gyration on both sides of it.
     """
-    line = [(z, rows.deflection) for z, rows in model.axis.line()]
+    line = list(model.axis.line())
     low, high = min(z for z, _ in line), max(z for z, _ in line)
     if model.pairs > 1 and not isinstance(model.axis, Point):  # the modes of a rotor at one plane have no length
         if low == high:
             reach = float(np.sqrt(model.mass[1, 1] / model.mass[0, 0]))
-            line += [(z, model.axis.rows(z, None).deflection) for z in (low - reach, low + reach)]
-        line += [(z, rows.deflection) for z, rows in _overhanging(machine, model) if not low <= z <= high]
+            line += [(z, model.axis.rows(z, None)) for z in (low - reach, low + reach)]
+        line += [(z, rows) for z, rows in _overhanging(machine, model) if not low <= z <= high]
     line.sort(key=lambda entry: entry[0])
-    positions, deflection = np.array([z for z, _ in line]), np.array([row for _, row in line])
+    positions, deflection = np.array([z for z, _ in line]), np.array([rows.deflection for _, rows in line])
     if 1 < positions.size < FEWEST:
         finer = np.union1d(np.linspace(positions[0], positions[-1], FEWEST), positions)
-        deflection = np.array([np.interp(finer, positions, column) for column in deflection.T]).T
+        if isinstance(model.axis, NodalAxis):
+            from scipy.interpolate import CubicHermiteSpline
+
+            # few nodes of a rotor that bends: cubics by their slopes
+            slopes = np.array([rows.slope for _, rows in line])
+            deflection = CubicHermiteSpline(positions, deflection, slopes)(finer)
+        else:
+            deflection = np.array([np.interp(finer, positions, column) for column in deflection.T]).T
         positions = finer
     return Places([f"{z:g}" for z in positions], positions, deflection)
 

@@ -15,6 +15,7 @@ from autobalancer.assembly.places import Places, in_frame, off_center
 from autobalancer.assembly.reduced_rotor import has_hardening, has_rubber
 from autobalancer.assembly.rotors import balancer_rows, lateral_model
 from autobalancer.assembly.rotors.equivalent_stiffness import central_force
+from autobalancer.assembly.rotors.reduction import AIM
 from autobalancer.assembly.system import Assembly, equal_groups
 from autobalancer.catalog.product_tables import NONE_GIVEN
 from autobalancer.catalog.resolve import Ball, resolve
@@ -442,6 +443,17 @@ def left_the_race(e: Ended) -> str:
     )
 
 
+def of_few_modes(e: Ended) -> str:
+    """What the modes of the rotor that a run left out change, if it is more than they may."""
+    said = e.run.attrs
+    if not said.get("reduction_error", 0.0) > AIM:
+        return ""
+    return (
+        f"{said['modes_kept']} of {said['modes_in_all']} modes of the rotor were kept; without the others a deflection under a "
+        f"force differs by up to {100.0 * said['reduction_error']:.2g} % (rotor.modes; without it, as many as are needed)"
+    )
+
+
 def of_flow(e: Ended) -> str:
     """How far the speed of an unsteady flow is certain, and whether it agrees with that of the rotor; a line each."""
     said, told = e.run.attrs, []
@@ -460,7 +472,8 @@ def of_flow(e: Ended) -> str:
 
 
 REMARKS: tuple[Callable[[Ended], str], ...] = (
-    of_input, left_the_race, held_by_friction, on_floor, off_axis, beyond_breakaway, beyond_table, of_flow, in_one_place,
+    of_input, of_few_modes, left_the_race, held_by_friction, on_floor, off_axis, beyond_breakaway, beyond_table, of_flow,
+    in_one_place,
 )  # fmt: skip
 
 
