@@ -12,7 +12,9 @@ import xarray as xr
 
 import autobalancer as ab
 from autobalancer.assembly.quantities import value_of, with_quantity, with_value_at
+from autobalancer.assembly.reduced_rotor import coordinate_places
 from autobalancer.errors import QuestionError
+from autobalancer.kernels.system import BALLS, SPEED
 from autobalancer.machine import (
     Balancer,
     Constant,
@@ -32,6 +34,7 @@ from autobalancer.stability.border import Border
 from autobalancer.stability.host.stations import stations
 from autobalancer.stability.stall.borders import release_of
 from autobalancer.stability.stall.branch import hanging_ranges
+from autobalancer.stability.stall.capture import Motion, SlowRuns
 from autobalancer.stability.stall.states import Balance, Loads, Whirling, stalled_groups
 
 BOTH = ("release speed", "capture speed")
@@ -87,6 +90,22 @@ def balance(m: Machine) -> Balance:
 
 def found(m: Machine, **options: Any) -> dict[str, Border]:
     return {border.name: border for border in ab.stability.borders(m, only=BOTH, **options)}
+
+
+def test_a_slow_run_goes_on_where_the_rotor_keeps_more_modes_of_a_shaft_from_the_same_motion() -> None:
+    runs = SlowRuns(machine(shaft(), (0.15, 0.45)), Loads([]))
+    low, high = (runs._assembled((0.0, 1.0), (10.0, speed), 0.0) for speed in (100.0, 3000.0))
+    state = np.random.default_rng(1).normal(size=low.state.size)
+    on = Motion(np.zeros(1), np.zeros((1, 4)), state, low).onto(high)
+    assert on.size == high.state.size > state.size
+    for kind in (0, 1):  # deflections, and their rates
+        before, after = (
+            one.places @ given[coordinate_places(one.places.shape[-1], 4)[kind]]
+            for one, given in ((low, state), (high, on))
+        )
+        assert after == pytest.approx(before, rel=1e-9)
+    others = slice(SPEED, BALLS + 8)
+    assert (on[others] == state[others]).all()
 
 
 # limits and symmetry ---------------------------------------------------------------------------------------------------

@@ -26,14 +26,7 @@ from autobalancer.stability.bifurcations import (
     special_points,
     tangent_at,
 )
-from autobalancer.stability.periodic_orbits import (
-    FIRST_AMPLITUDE,
-    Mesh,
-    Orbits,
-    Row,
-    follow_orbits,
-    steady_row,
-)
+from autobalancer.stability.periodic_orbits import FIRST_AMPLITUDE, Mesh, Orbits, Row, follow_orbits, steady_row
 from autobalancer.stability.steady_curves import Groups, Range, Steady, signature
 from autobalancer.tables import Column
 

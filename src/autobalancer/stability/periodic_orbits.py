@@ -16,15 +16,7 @@ from typing import Any, Self
 import numpy as np
 
 from autobalancer.arrays import Complexes, Floats, Matrix
-from autobalancer.stability.bifurcations import (
-    Loop,
-    NoConvergence,
-    Point,
-    Special,
-    Steps,
-    follow,
-    locate,
-)
+from autobalancer.stability.bifurcations import Loop, NoConvergence, Point, Special, Steps, follow, locate
 from autobalancer.stability.host.vector_field import Equations
 from autobalancer.stability.states.linearized import deciding_eigenvalues
 from autobalancer.stability.states.rest_states import state_at_rest

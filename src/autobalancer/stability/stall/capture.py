@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autobalancer.arrays import Floats
+from autobalancer.assembly.reduced_rotor import coordinate_places
 from autobalancer.assembly.system import Assembly, assemble
 from autobalancer.kernels.system import BALLS, SPEED
 from autobalancer.laws.stall import Receptance, StalledBall, StallRange, parting_speeds
@@ -317,6 +318,21 @@ class Motion:
     speed: Floats
     slip: Floats
     last: Floats
+    assembly: Assembly
+
+    def onto(self, other: Assembly) -> Floats:
+        """The last state in the coordinates of another assembly, which keeps more modes where it goes to a higher speed."""
+        before, after = self.assembly.reduction, other.reduction
+        if before is None or after is None or np.array_equal(before.basis, after.basis):
+            return self.last
+        count, state = len(other.balls), other.state.copy()
+        sizes = before.basis.shape[1], after.basis.shape[1]
+        state[: BALLS + 2 * count] = self.last[: BALLS + 2 * count]
+        for old, new in zip(*(coordinate_places(size, count) for size in sizes), strict=True):
+            state[new] = np.linalg.lstsq(after.basis, before.basis @ self.last[old])[0]
+        others = self.last.size - (2 + 2 * sizes[0] + 2 * count)  # of rubber that remembers
+        state[state.size - others :] = self.last[self.last.size - others :]
+        return state
 
 
 @dataclass(frozen=True)
@@ -363,9 +379,10 @@ class SlowRuns:
             near,
             *(min(max(share * hanging_range.whirl, 1.02 * hanging_range.begin), near) for share in EARLY),
         ):
-            start = self._stalled(hanging_range, max(slip - (hanging_range.end - begin), 0.0))
+            stalled_at = self._stalled(hanging_range, max(slip - (hanging_range.end - begin), 0.0))
+            start: Floats | Motion = stalled_at
             path: tuple[float, ...] = (begin, near, FURTHER * near)
-            result, w, slips = None, np.zeros(0), np.zeros((0, start.shape[-1]))
+            result, w, slips = None, np.zeros(0), np.zeros((0, stalled_at.shape[-1]))
             # the run goes on in stretches until no ball is stalled any more
             for _ in range(STRETCHES):
                 motion = self.run(path, start, slip, SPREAD)
@@ -384,7 +401,7 @@ class SlowRuns:
                 result = LastStall(last, before, last > (1.0 + GRADUALLY) * full)
                 if w[-1] > (1.0 + SLIP_MARGIN) * last:
                     break
-                path, start = (path[-1], FURTHER * path[-1]), motion.last
+                path, start = (path[-1], FURTHER * path[-1]), motion
             if result is not None:
                 return result
         return None
@@ -458,11 +475,11 @@ class SlowRuns:
         drive = PrescribedSpeed(profile=Table(time=tuple(times), speed=tuple(speeds)))
         return assemble(self.machine.model_copy(update={"drive": drive}), contact=False, mass_spread=spread)
 
-    def run(self, speeds: Sequence[float], start: Floats, slip: float, spread: float) -> Motion:
-        """Along speeds of the rotor, slowly to the last of them, from a state or from angles and speeds of the balls."""
+    def run(self, speeds: Sequence[float], start: Floats | Motion, slip: float, spread: float) -> Motion:
+        """Along speeds of the rotor, slowly to the last, from the end of a motion or from angles and speeds of the balls."""
         check_deadline()
         # corners of a prescribed speed: settle, quick on the way, slow in the last stretch
-        settling = SETTLED * (start.ndim - 1)
+        settling = 0.0 if isinstance(start, Motion) else SETTLED
         rates = [*[QUICK] * (len(speeds) - 2), SLOW]
         lasting = [abs(math.log(b / a)) / rate for a, b, rate in zip(speeds[:-1], speeds[1:], rates, strict=True)]
         points = [(0.0, speeds[0]), (settling, speeds[0])]
@@ -474,10 +491,10 @@ class SlowRuns:
         assembly = self._assembled(times, [point[1] for point in points], spread)
         count = len(assembly.balls)
         angles = slice(BALLS, BALLS + count)
-        if settling:
-            assembly.state[BALLS : BALLS + 2 * count] = start.ravel()
+        if isinstance(start, Motion):
+            assembly.state[:] = start.onto(assembly)
         else:
-            assembly.state[:] = start
+            assembly.state[BALLS : BALLS + 2 * count] = start.ravel()
         assembly.state[SPEED] = speeds[0]
         record = record_for((Samples(round(SAMPLES * times[-1]) + 1),), (), assembly, times[-1])
         stepper = stepper_for(assembly, times[-1], TOLERANCE)
@@ -486,7 +503,7 @@ class SlowRuns:
         samples = record.samples[round(SAMPLES * settling) :]
         half = max(round(0.5 * SAMPLES * max(WINDOW / slip, SHORTEST)), 1)
         gone = samples[2 * half :, angles] - samples[: -2 * half, angles]
-        return Motion(samples[half:-half, SPEED], -gone * SAMPLES / (2.0 * half), samples[-1].copy())
+        return Motion(samples[half:-half, SPEED], -gone * SAMPLES / (2.0 * half), samples[-1].copy(), assembly)
 
 
 def _least(speeds: Sequence[float]) -> float:
