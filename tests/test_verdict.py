@@ -410,6 +410,9 @@ def test_check_answers_first_whether_the_balls_balance_the_machine(
     assert label == "balances"
     assert said in text
     assert found.as_dict()["balances"] == found.rows()[0][1]
+    below = type(found.borders)(replace(border, windows=((80.0, 90.0),)) for border in found.borders)
+    told = summary_rows(replace(found, borders=below), rpm_text)[0][1]
+    assert "state is stable from" not in told, "ranges below the border are named before it"
 
 
 def test_check_and_verdict_name_the_same_unbalances_alike() -> None:

@@ -552,6 +552,8 @@ def answer_of(summary: Summary, said: SpeedText) -> str:
     since = f"from {said(exact.speed)} on"
     if inside or math.isinf(exact.speed):
         since = f"{exact.ranges(said)} only" if exact.windows else exact.text(said)
+    elif exact.windows:
+        since = f"{exact.ranges(said)}, and {since}"
     stable = "the balanced state is never stable" if since == "never" else f"the balanced state is stable {since}"
     slow = ""
     if release is not None and not math.isnan(release.speed):
