@@ -75,6 +75,10 @@ def test_another_unit_keeps_the_quantity_and_an_impossible_entry_is_refused_besi
     sample(page, "discoidal", "Discoidal rotor, planar stand-in")
     taken(page, page.get_by_label("unit of orbit_radius").click, "cm")
     expect(at(page, "toml")).to_contain_text('orbit_radius = "7.695 cm"')
+    at(page, "balancers[1].races[1].balls[1].start_angles").fill(
+        "10 deg, 20 deg"
+    )  # without the brackets and quotes of the text
+    expect(at(page, "toml")).to_contain_text('start_angles = ["10 deg", "20 deg"]')
     at(page, ORBIT).fill("-3")
     expect(message(page, ORBIT)).to_have_text("given '-3 cm'; must be greater than zero")
 
@@ -119,6 +123,7 @@ def test_matrices_are_given_beside_the_fields_that_name_them_and_can_be_replaced
     page.get_by_label("delete M.csv").click()
     page.get_by_role("button", name="Delete", exact=True).click()
     expect(at(page, "check")).to_contain_text("file 'M.csv': is not here")
+    expect(message(page, "rotor.files.mass")).to_contain_text("is not here")
 
 
 def test_the_text_and_the_form_of_an_empty_machine_say_what_is_missing(page: Any) -> None:

@@ -51,12 +51,13 @@ def read(text: str, files: Path = Path("no files")) -> Reading:
     """Read the text of a machine, with the ``files`` of the user that it names; what is wrong is an answer, not an error."""
     if len(text) > LARGEST:
         return Reading(None, f"the text has more than {LARGEST} characters; machine files are smaller")
-    samples, named = example_path("discoidal").parent, list(files_in(data_of(text)))
-    for name in named:  # samples name tables beside them; no other file of the server is read
+    samples, named = example_path("discoidal").parent, dict(files_in(data_of(text)))
+    for path, name in named.items():  # samples name tables beside them; no other file of the server is read
         if Path(name).name != name or "\\" in name or not any((folder / name).is_file() for folder in (files, samples)):
-            return Reading(None, f"file {name[:80]!r}: is not here; give it on the page, beside its field of the form")
-    folder = files if any((files / name).is_file() for name in named) else samples
-    for name in named:
+            why = f"file {name[:80]!r}: is not here; give it on the page, beside its field of the form"
+            return Reading(None, why, {path: why})
+    folder = files if any((files / name).is_file() for name in named.values()) else samples
+    for name in named.values():
         if not (folder / name).is_file():  # both a table of a sample and a file of the user
             shutil.copy(samples / name, folder / name)
     try:
@@ -93,16 +94,13 @@ def for_page(text: str) -> str:
 ROTOR_FILES = ("file", "mass", "stiffness", "damping", "gyroscopic", "nodes", "rows")
 
 
-def files_in(data: Any, named: tuple[str, ...] = ("file",)) -> Iterator[str]:
-    """Every file that a machine names."""
-    if isinstance(data, dict):
-        for key, value in data.items():
-            if key in named:
-                yield str(value)
-            yield from files_in(value, ROTOR_FILES if key == "files" else ("file",))
-    elif isinstance(data, list):
-        for value in data:
-            yield from files_in(value)
+def files_in(data: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, str]]:
+    """Every file that a machine names, with the path of its key."""
+    named = ROTOR_FILES if path[-1:] == ("files",) else ("file",)
+    for key, value in data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ():
+        if key in named:
+            yield (*path, key), str(value)
+        yield from files_in(value, (*path, key))
 
 
 def by_path(error: AutobalancerError) -> dict[KeyPath, str]:
@@ -217,7 +215,7 @@ def refuse_files(data: dict[str, Any]) -> None:
     QuestionError
         With its name.
     """
-    for name in files_in({key: value for key, value in data.items() if key != "machine"}):
+    for _, name in files_in({key: value for key, value in data.items() if key != "machine"}):
         raise QuestionError(f"file {name[:80]!r}: on this page a study names no files; give the numbers in the text")
 
 

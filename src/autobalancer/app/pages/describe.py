@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -13,16 +14,7 @@ import tomli_w
 from nicegui import events, ui
 
 from autobalancer.api import check
-from autobalancer.app.form_fields import (
-    USUAL,
-    Field,
-    fields_of,
-    in_unit,
-    number_and_unit,
-    tag_of,
-    word_of,
-    written,
-)
+from autobalancer.app.form_fields import USUAL, Field, fields_of, in_unit, number_and_unit, tag_of, word_of, written
 from autobalancer.app.pages.elements import (
     Bench,
     Changed,
@@ -142,6 +134,8 @@ TABLE_FILE = Field("file", "text", True, "a table with a line for each, units in
 IN_TABLES = [("rotor", name) for name in ("segments", "disks", "supports")]
 SHORT = 6  # letters of a name that are seen beside a unit
 LOOK = "dense outlined debounce=350"
+# as the documentation says of keys whose values commas may part
+LISTED = re.compile("list of (?!text)|pair of|three of")
 
 
 class Form:
@@ -397,29 +391,25 @@ class Form:
 def _entry_of(field: Field, path: EntryPath, value: Any, changed: Changed, dropped: Callable[[], None] | None) -> Any:
     """Put the entry on the page; gives what shows its error."""
     with_unit = field.kind == "quantity" and (value is None or number_and_unit(value, field.unit) is not None)
+    named = field.kind == "text" and isinstance(value, str | None)
     long = field.name == "description" or value is None or (with_unit and len(field.name) > SHORT)
     with ui.row().classes("entry no-wrap" + (" wide" if long else "")):
         if with_unit:
             shown = _quantity(field, path, value, changed)
-        elif field.kind == "choice":
-            options = list(field.choices)
-            shown = ui.select(options, value=value if value in options else None, label=field.name)
-            shown.props("dense outlined options-dense").on_value_change(lambda event: changed(event.value))
-        elif field.kind == "switch":
-            shown = ui.select({True: "yes", False: "no"}, value=bool(value), label=field.name)
-            shown.props("dense outlined options-dense").on_value_change(lambda event: changed(event.value))
-        elif field.kind == "text" and isinstance(value, str | None) and _known(path):
-            options = list(dict.fromkeys([*_known(path), *([value] if value else [])]))
-            shown = ui.select(options, value=value or None, label=field.name, with_input=True, new_value_mode="add")
-            shown.props("dense outlined options-dense").on_value_change(lambda event: changed(event.value or ""))
-        elif field.kind == "text" and isinstance(value, str | None):
-            shown = ui.input(field.name, value=value or "").props(
-                LOOK + (" autogrow" if field.name == "description" else "")
+        elif field.kind in ("choice", "switch") or (named and _known(path)):
+            known = [] if field.kind != "text" else _known(path)
+            options: Any = list(dict.fromkeys([*known, *([value] if known and value else []), *field.choices]))
+            options = {True: "yes", False: "no"} if field.kind == "switch" else options
+            chosen = bool(value) if field.kind == "switch" else value if value in options else None
+            shown = ui.select(
+                options, value=chosen, label=field.name, with_input=bool(known), new_value_mode="add" if known else None
             )
-            shown.on_value_change(lambda event: changed(event.value or ""))
+            shown.props("dense outlined options-dense").on_value_change(lambda event: changed(event.value))
         else:
-            shown = ui.input(field.name, value=_as_toml(value)).props(LOOK)
-            shown.on_value_change(lambda event: changed(_from_toml(event.value or "")))
+            shown = ui.input(field.name, value=_as_toml(value))
+            shown.props(LOOK + (" autogrow" if field.name == "description" else ""))
+            as_value = str if named else partial(_from_toml, many=bool(LISTED.match(field.allowed)))
+            shown.on_value_change(lambda event: changed(as_value(event.value or "")))
         marked(shown.classes("field").without_auto_validation(), at=spell(path), about=field.help)
         hinted(shown, field.help)
         if value is None:
@@ -482,12 +472,13 @@ def _as_toml(value: Any) -> str:
     return " ".join(tomli_w.dumps({"v": value}).removeprefix("v = ").split()).replace(", ]", "]").replace("[ ", "[")
 
 
-def _from_toml(text: str) -> Any:
-    """A list or number as TOML writes it, else a text."""
+def _from_toml(text: str, many: bool = False) -> Any:
+    """A list or number as TOML writes it, else a text; ``many`` are also those with commas between them, without brackets."""
     try:
         return tomllib.loads(f"v = {text}")["v"]
     except (ValueError, RecursionError):
-        return text
+        parts = re.split(r"[,;]\s+|;", text.strip()) if many and not text.lstrip().startswith(("[", "{")) else []
+        return [_from_toml(part.strip()) for part in parts if part.strip()] if len(parts) > 1 else text
 
 
 def _chosen(parts: tuple[type[Part], ...], data: Any) -> type[Part] | None:

@@ -330,8 +330,7 @@ class Motion:
         state[: BALLS + 2 * count] = self.last[: BALLS + 2 * count]
         for old, new in zip(*(coordinate_places(size, count) for size in sizes), strict=True):
             state[new] = np.linalg.lstsq(after.basis, before.basis @ self.last[old])[0]
-        others = self.last.size - (2 + 2 * sizes[0] + 2 * count)  # of rubber that remembers
-        state[state.size - others :] = self.last[self.last.size - others :]
+        state[2 + 2 * sizes[1] + 2 * count :] = self.last[2 + 2 * sizes[0] + 2 * count :]  # rubber that remembers
         return state
 
 
