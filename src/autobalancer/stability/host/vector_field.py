@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cache, cached_property, reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -506,17 +506,21 @@ class Cycle:
         stiffness = np.linalg.solve(model.mass, model.stiffness_at(self.speed))
         fastest = math.sqrt(float(np.abs(np.linalg.eigvals(stiffness)).max())) + self.speed  # seen from the rotor
         steps = steps_of(fastest, self.speed)
-        nodes, weights, inner = gauss()
-        width = math.pi / steps
-        theta = (width * (np.arange(steps)[:, None] + nodes)).ravel()
-        rates = replace(self.field, theta=theta).jacobian(self.at(state, theta)).reshape(steps, 4, self.size, self.size)
-        size, h = self.size, width / self.speed
-        left = np.eye(4 * size) - h * np.einsum("ij,sikl->sikjl", inner, rates).reshape(steps, 4 * size, 4 * size)
-        stages = np.linalg.solve(left, rates.reshape(steps, 4 * size, size)).reshape(steps, 4, size, size)
-        maps = np.eye(size) + h * np.einsum("i,sikl->skl", weights, stages)
-        whole = np.eye(size)
-        for one in maps:
-            whole = one @ whole
+        width, half, n = math.pi / steps, self.rotor // 2, self.balls
+        theta = (width * (np.arange(steps)[:, None] + gauss()[0])).ravel()
+        rates = replace(self.field, theta=theta).jacobian(self.at(state, theta))
+        # over Q and phi and their derivatives: V = Q' - turned Q
+        position = np.r_[:half, self.rotor : self.rotor + n]
+        velocity = np.r_[half : self.rotor, self.rotor + n : self.size]
+        turned = np.zeros((half + n, half + n))
+        turned[:half, :half] = rates[0, :half, :half]
+        by_position, by_velocity = (rates[:, velocity][..., part] for part in (position, velocity))
+        maps = step_maps(by_position - by_velocity @ turned, by_velocity + turned, width / self.speed)
+        # and back
+        whole, order = np.eye(self.size), np.concatenate([position, velocity])
+        forth, back = np.eye(self.size), np.eye(self.size)
+        forth[half + n :, : half + n], back[half + n :, : half + n] = -turned, turned
+        whole[np.ix_(order, order)] = forth @ reduce(lambda before, one: one @ before, maps) @ back
         return whole
 
     def exponents(self, state: Floats, scale: Floats | float = 1.0) -> Complexes:
