@@ -629,6 +629,10 @@ def test_a_file_of_another_kind_is_checked_as_such_and_refused_by_name_where_a_m
         MachineFileError, match=f"is a {noun}, not a machine file; 'autobalancer {question.format(path)}'"
     ):
         ab.load_machine(path)
+    machine = tmp_path / "discoidal.toml"
+    for read in (ab.study, ab.design, ab.measure.balance):
+        with pytest.raises(QuestionError, match=r"discoidal\.toml: is a machine file; wanted is a file with"):
+            read(machine)
 
 
 def test_a_check_lists_the_faults_of_a_job_as_those_of_a_job(tmp_path) -> None:

@@ -153,6 +153,12 @@ def built_of(build: Callable[[dict[str, Any]], T], data: dict[str, Any], source:
     QuestionError
         With the ``source`` and every key at fault.
     """
+    from autobalancer.machine.schema import OF_MACHINES  # whose models would weigh on all that reads a table
+
+    if len(OF_MACHINES & set(data)) > 1:
+        raise QuestionError(
+            f"{source}: is a machine file; wanted is a file with other keys ('autobalancer keys --help')"
+        )
     problems: list[Problem] = []
     left_out: set[KeyPath] = set()
     while True:

@@ -22,6 +22,7 @@ from autobalancer.machine.part import (
     Name,
     Offset,
     Part,
+    PoissonRatio,
     Position,
     Positive,
     Quantity,
@@ -294,7 +295,7 @@ class _Elastic(Part):
     youngs_modulus: Modulus | None = key(
         "of balls and walls: stiffness by Hertz for each pair; this or `stiffness`", None
     )
-    poisson_ratio: Ratio = key("of balls and walls, at most 0.5; only with `youngs_modulus`", 0.3)
+    poisson_ratio: PoissonRatio = key("of balls and walls; only with `youngs_modulus`", 0.3)
     restitution: Fraction = key("speed after over speed before")
     rebound: Rebound | None = key(
         "how restitution falls with the speed of impacts and in a fluid; without it it is constant", None
@@ -308,8 +309,6 @@ class _Elastic(Part):
     def _one_stiffness(self) -> _Elastic:
         if (self.stiffness is None) == (self.youngs_modulus is None):
             raise ValueError("give either 'stiffness' (of all contacts) or 'youngs_modulus'")
-        if self.poisson_ratio > 0.5:
-            raise ValueError(f"poisson_ratio: given {self.poisson_ratio:g}; must be at most 0.5")
         return self
 
 

@@ -438,6 +438,7 @@ Temperature = Annotated[float, Quantity("K", positive=True)]
 Gravity = Annotated[float, Quantity("m/s^2", non_negative=True)]
 Ratio = Annotated[float, Quantity("", non_negative=True)]
 Positive = Annotated[float, Quantity("", positive=True)]
+PoissonRatio = Annotated[float, Quantity("", non_negative=True, most=0.5)]
 
 
 # How large and how small a quantity of a machine can be: bounds that no machine comes near.

@@ -47,7 +47,7 @@ class _Words:
         if waited < self.next or not total:
             return
         self.next = waited + min(max(0.5 * waited, SOON), LONGEST)
-        how_far = fields.get("now") or f"{done:g} of {total:g}"
+        how_far = fields.get("now") or (f"{done:g} of {total:g}" if total > 1.0 else f"{done / total:.0%}")
         self.console.print(f"{self.text}: {how_far} after {waited:.0f} s", highlight=False)
 
 

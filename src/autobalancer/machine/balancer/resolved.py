@@ -14,6 +14,7 @@ from autobalancer.machine.rebound import Rebound
 
 
 ContactStiffness = Annotated[float, Quantity("N/m", positive=True)]
+Restitution = Annotated[float, Quantity("", non_negative=True, most=1.0)]
 SlipSpeed = Annotated[float, Quantity("m/s", positive=True)]
 
 
@@ -28,7 +29,7 @@ class Contact(Part):
     (Spannan 2021, 5.6). Without it that is a thousandth of the speed of the wall at the greatest speed of the machine.
     """
 
-    restitution: Ratio = key("speed after over speed before, 0 to 1; with a stiffness 0 is replaced by 1 %")
+    restitution: Restitution = key("speed after over speed before; with a stiffness 0 is replaced by 1 %")
     rebound: Rebound | None = key(
         "how restitution falls with the speed of impacts and in a fluid; without it it is constant", None
     )
@@ -40,8 +41,6 @@ class Contact(Part):
 
     @model_validator(mode="after")
     def _possible(self) -> Contact:
-        if self.restitution > 1.0:
-            raise ValueError(f"restitution: given {self.restitution:g}; must be between 0 and 1")
         if self.slip_speed is not None and self.friction == 0.0:
             raise ValueError(
                 "slip_speed: has no effect without friction between the balls; give 'friction' or leave it out"
@@ -193,7 +192,7 @@ class ResolvedContact(Part):
     reduced_modulus: Modulus | None = key(
         r"Hertz: $1/E^* = \sum (1 - \nu^2)/E$ of both bodies; this or `stiffness`", None
     )
-    restitution: Ratio | None = key("speed after over speed before a head-on bounce; this or `damping`", None)
+    restitution: Restitution | None = key("speed after over speed before a head-on bounce; this or `damping`", None)
     rebound: Rebound | None = key(
         "how restitution falls with the speed of impacts and in a fluid; without it it is constant", None
     )
@@ -224,8 +223,6 @@ class ResolvedContact(Part):
             raise ValueError("damping: requires the linear 'stiffness'; with 'reduced_modulus' give 'restitution'")
         if self.rebound is not None and self.restitution is None:
             raise ValueError("rebound: changes the 'restitution' of the walls; give that in place of 'damping'")
-        if self.restitution is not None and self.restitution > 1.0:
-            raise ValueError(f"restitution: given {self.restitution:g}; must be between 0 and 1")
         return self
 
     @model_validator(mode="after")

@@ -16,6 +16,7 @@ from autobalancer.machine.part import (
     Mass,
     Offset,
     Part,
+    PoissonRatio,
     Position,
     Positive,
     Quantity,
@@ -69,7 +70,6 @@ class Disk(Part):
 
 
 Modulus = Annotated[float, Quantity("Pa", positive=True)]
-PoissonRatio = Annotated[float, Quantity("", non_negative=True)]
 
 
 class ShaftMaterial(Part):
