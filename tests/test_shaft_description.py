@@ -28,7 +28,10 @@ DISK = {"position": 0.5, "mass": 1.0, "transverse_inertia": 0.01, "polar_inertia
         ({"supports": PINS[:1]}, "rotor.supports: the shaft is not supported; give springs at two positions"),
         ({"supports": [{"position": 0.0, "damping": 3.0}]}, "rotor.supports: the shaft is not supported"),
         ({"material": None}, r"rotor.segments\[1\].material: missing; give it here, or one for all segments"),
-        ({"material": {**STEEL, "poisson_ratio": 0.6}}, "rotor.material.poisson_ratio: given 0.6; must be between 0 and 0.5"),
+        (
+            {"material": {**STEEL, "poisson_ratio": 0.6}},
+            "rotor.material.poisson_ratio: given 0.6; must be between 0 and 0.5",
+        ),
         ({"material": {**STEEL, "shear_modulus": 8e10}}, "give either 'shear_modulus' or 'poisson_ratio'"),
         ({"material": {**STEEL, "youngs_modulus": "-2 GPa"}}, "rotor.material.youngs_modulus: given '-2 GPa'; must be"),
         ({"up": "-z"}, "rotor.thrust_bearing: missing; weight requires it in addition to 'up', or leave both out"),
