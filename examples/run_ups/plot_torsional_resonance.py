@@ -17,6 +17,7 @@ import numpy as np
 import autobalancer as ab
 
 machine = ab.example("coupled_drive")
+print(ab.rotor.torsional_modes(machine))
 ab.plot.campbell(ab.rotor.campbell(machine, "0:3000 rpm:31", harmonics=[1, 2]))
 
 # %%
