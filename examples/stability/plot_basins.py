@@ -2,13 +2,13 @@
 From many starts: basins, the worst start, envelopes
 ====================================================
 
-Where several states are stable, the start decides which one the balls come to. A basin counts the starts, a search finds the worst
-of them, and envelopes show what the deflection of many runs stays below.
+Where several states are stable, the start decides which one the balls come to. A basin counts the starts and finds the worst of
+them, and envelopes show what the deflection of many runs stays below.
 """
 
 # %%
-# A rig above its critical speed, run up at 40 accelerations. The balls hang at the critical speed in the slowest run-ups. In faster
-# ones they come along, to one place, where they do not balance, or to the places that do.
+# A rig above its critical speed, run up at 40 accelerations. The balls hang at the critical speed in the slowest run-ups. In
+# faster ones they come along, to one place, where they do not balance, or to the places that do.
 
 import numpy as np
 

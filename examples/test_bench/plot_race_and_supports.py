@@ -2,8 +2,8 @@
 A race, a ball and rubber, from what was measured of them
 =========================================================
 
-What a model of a balancer needs and no drawing says: the shape of the race, the friction that holds a ball, the drag of the oil, the
-stiffness and damping of rubber. Each comes from a short table of measured numbers, with its uncertainty.
+What a model of a balancer needs and no drawing says: the shape of the race, the friction that holds a ball, the drag of the oil,
+the stiffness and damping of rubber. Each comes from a short table of measured numbers, with its uncertainty.
 """
 
 # %%

@@ -409,8 +409,8 @@ ALIKE = 0.98  # correlation of drag and rolling resistance beyond which only the
 
 @dataclass(frozen=True)
 class LagFit:
-    """``drag`` beta (N m s) and ``rolling_resistance`` with one standard deviation each, their ``correlation``, and the ``scatter`` of
-    the speed of the ball about the fit (rad/s).
+    """``drag`` beta (N m s) and ``rolling_resistance`` with one standard deviation each, their ``correlation``, and the
+    ``scatter`` of the speed of the ball about the fit (rad/s).
     """
 
     drag: float
