@@ -255,6 +255,11 @@ def test_a_gap_that_is_long_for_its_signal_at_an_end_or_one_of_many_is_refused(
         ("time [s],x [kg]", (TIME, WAVE), "its unit 'kg' is that of no quantity"),
         ("time [s],x", (TIME, WAVE), "no column has a unit"),
         ("x [um]", (WAVE,), "no column of time; give the rate"),
+        (
+            "frequency [Hz],x [um]",
+            (1.0 + TIME, WAVE),
+            "no column of time; over the frequency it is a receptance",
+        ),
         ("0.1,0.2", (TIME, WAVE), "does not name its columns; describe 1, 2, ... as channels"),
         ("x [um],x [um]", (TIME, WAVE), "column 'x' comes twice"),
         ("time [m],x [um]", (TIME, WAVE), "unit of column 'time'"),

@@ -555,7 +555,7 @@ def _craig_bampton(
     end = _valid_to(given, basis, np.flatnonzero(kept & np.isin(given.ways, ("ux", "uy"))), top / 2.0)
     sizes = f"{given.ways.size} to {basis.shape[1]} coordinates"
     said = f"receptance of the kept nodes within 1 % up to {end / (2.0 * np.pi):.4g} Hz" if end else "too few modes"
-    note = f"Craig-Bampton, {sizes}; {said}" if np.isfinite(end) else f"all {sizes}"
+    note = f"Craig-Bampton, {sizes}; {said}" if np.isfinite(end) else f"all {given.ways.size} coordinates"
     return basis, ways, positions, note, end
 
 

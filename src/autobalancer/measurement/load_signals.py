@@ -327,6 +327,10 @@ def instants(raw: RawFile, rate: float | None) -> Floats:
         known = rate or raw.rate
         if known is None:
             why = raw.timeless or "no column of time"
+            if any(name.lower().startswith("freq") for name in raw.columns):
+                raise QuestionError(
+                    f"{raw.origin}: {why}; over the frequency it is a receptance ('autobalancer receptance')"
+                )
             raise QuestionError(
                 f"{raw.origin}: {why}; {'or ' * bool(raw.timeless)}give the rate of the samples, such as rate='2 kHz'"
             )
