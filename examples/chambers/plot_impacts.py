@@ -50,3 +50,8 @@ for name, rebound in {"constant": None, "dry, yields": yields, "in oil": yields 
 # In oil: when it is loud, and how hard the balls hit.
 
 figure = ab.plot.answer(run, "collisions")
+
+# %%
+# How small a step has to be for an elastic collision to keep its energy: the shorter the contact, the smaller the step.
+
+figure = ab.plot.answer(ab.chamber.step_size(stiffness_over_mass=1e10))

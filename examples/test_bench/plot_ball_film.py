@@ -39,3 +39,18 @@ print(found)
 known = np.interp(film.time, run["time"], run["ball_angle_in_rotor"][:, 0])
 away = np.degrees(np.angle(np.exp(1j * (found["ball_angle"].values - known[:, None]))))
 print(f"ball 1 of the run is within {np.nanmin(np.nanmax(np.abs(away), axis=0)):.2f} degrees of one in the film")
+
+# %%
+# A single picture will do for balls at rest, from a camera that turns with the rotor: here the end of each of eight run-ups.
+# Their places are counted around the rotor; all are opposite to the unbalance.
+
+photos = []
+for seed in range(8):
+    ended = ab.simulate(ab.example("one_ball_run_up"), save=ab.Samples(4001), seed=seed)
+    last = float(ended["time"][-1])
+    above = ab.measure.film_camera(ended, width=480, height=480, turning=True)
+    picture = ab.measure.render_film(ended, camera=above, start=last - 0.05, end=last)
+    photos.append(ab.measure.photographed_angles(picture.pictures[-1], ab.measure.film_setup(ended, above)))
+    away = float(photos[-1]["ball_angle"][0] - ended["ball_angle_in_rotor"][-1, 0])
+    assert abs(np.angle(np.exp(1j * away))) < np.radians(0.5)
+figure = ab.plot.answer(ab.measure.rest_histogram(photos, bins=24))
