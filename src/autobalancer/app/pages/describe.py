@@ -404,7 +404,8 @@ def _entry_of(field: Field, path: EntryPath, value: Any, changed: Changed, dropp
             shown = ui.select(
                 options, value=chosen, label=field.name, with_input=bool(known), new_value_mode="add" if known else None
             )
-            shown.props("dense outlined options-dense").on_value_change(lambda event: changed(event.value))
+            shown.props("dense outlined options-dense")
+            shown.on_value_change(lambda event: changed("" if event.value is None else event.value))
         else:
             shown = ui.input(field.name, value=_as_toml(value))
             shown.props(LOOK + (" autogrow" if field.name == "description" else ""))
