@@ -113,6 +113,17 @@ def test_a_rotor_whose_planes_are_coupled_keeps_modes_that_are_in_none_of_them(f
     assert ours == pytest.approx(theirs, rel=1e-5)
 
 
+def test_a_run_says_what_the_modes_that_it_leaves_out_change(folder: Path) -> None:
+    few, all_of_them = (machine_of(folder, {**FILES, "keep": KEPT, "modes": 3}, modes=modes) for modes in (1, 9))
+    said = [ab.simulate(machine, duration=0.01, progress=False).attrs for machine in (few, all_of_them)]
+    assert said[0]["reduction_error"] > 0.01
+    assert any(
+        line.startswith("1 of 9 modes of the rotor were kept; without the others") for line in said[0]["remarks"]
+    )
+    assert said[1]["reduction_error"] == 0.0
+    assert not any("modes of the rotor were kept" in line for line in said[1]["remarks"])
+
+
 def test_matrices_in_memory_are_a_rotor_too_and_rows_without_mass_have_no_mode(folder: Path) -> None:
     matrices = exported(folder)
     ways, positions = [*WAYS] * (matrices["K"].shape[0] // 4), np.repeat(MODEL.axis.mesh.nodes, 4)  # type: ignore[attr-defined]
